@@ -1,0 +1,122 @@
+"""Error on real markers that are left out of the solve, beside no motion at all and SciPy's NNLS.
+
+Run ``python benchmarks/real_markers.py --data DIR``; DIR holds ``facial_markers`` (AnimFace, one actor, 41 markers)
+and ``ict_facekit``. Every marker is left out once, in folds; errors are means over the moving frames, mm in the rig's
+space. The last columns say which share of the solved vertex motion is made by brow and eye shapes.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from mimique.rigid import fit_rigid
+from mimique.synthesis import MorphMap, Rig, WeightPrior, WeightSolver, check_marker_map, read_marker_map, read_rig
+from mimique.synthesis.alignment import align_points
+
+ROOT = Path(__file__).resolve().parents[1]
+TAKES = ("eyebrows", "nose", "cheeks")
+HEAD = ["ForeHead_M", "ForeHead_L", "ForeHead_R", "NoseTop"]
+FOLDS = 8
+
+
+def read(path: Path) -> tuple[np.ndarray, list[str]]:
+    """Positions (F, 41, 3) in mm and names."""
+    with np.load(path) as file:
+        return file["positions"].astype(float) * 10.0, [str(n) for n in file["names"]]
+
+
+def neutral_of(positions: np.ndarray, half_second: int = 30) -> np.ndarray:
+    """Median of the stillest half second among those nearest the take's median pose."""
+    typical = np.linalg.norm(positions - np.median(positions, 0), axis=2).mean(1)
+    speed = np.r_[0, np.linalg.norm(np.diff(positions, axis=0), axis=2).mean(1)]
+    window = np.ones(half_second) / half_second
+    cost = np.convolve(typical, window, "valid") + 10 * np.convolve(speed, window, "valid")
+    start = int(cost.argmin())
+    return np.median(positions[start : start + half_second], 0)
+
+
+def adapt(
+    positions: np.ndarray, names: list[str], rig: Rig, table: pd.DataFrame, kernel: str = "triharmonic"
+) -> tuple[np.ndarray, np.ndarray, list[str]]:
+    """Stabilised, aligned, adapted positions of the mapped markers, their vertices and names."""
+    head = [names.index(n) for n in HEAD]
+    reference = positions[0, head]
+    still = fit_rigid(positions[:, head], reference).apply(positions)
+    columns = [names.index(m) for m in table["marker"]]
+    vertices = check_marker_map(rig, table, names)
+    neutral = neutral_of(still[:, columns])
+    fit = align_points(neutral, rig.neutral[vertices])
+    morph = MorphMap.fit(fit.apply(neutral), rig.neutral[vertices], kernel=kernel)
+    return morph(fit.apply(still[:, columns])), vertices, list(table["marker"])
+
+
+def moving(positions: np.ndarray, rest: np.ndarray) -> np.ndarray:
+    """Frames in which the markers move by more than a fifth of the take's strongest motion."""
+    motion = np.linalg.norm(positions - rest, axis=2).mean(1)
+    return motion > 0.2 * np.percentile(motion, 99)
+
+
+def brow_share(weights: np.ndarray, rig: Rig) -> float:
+    """Share of brow and eye shapes in the vertex motion."""
+    motion = np.nanstd(weights, 0) * np.linalg.norm(rig.deltas.reshape(rig.n_shapes, -1), axis=1)
+    return float(
+        sum(m for s, m in zip(rig.shapes, motion, strict=True) if s.startswith(("brow", "eye"))) / motion.sum()
+    )
+
+
+def held_out(rig: Rig, positions: np.ndarray, vertices: np.ndarray, step: int = 4, **options: object) -> np.ndarray:
+    """Distance (F, P) of each marker from where a solve without it puts its vertex."""
+    error = np.full(positions[::step].shape[:2], np.nan)
+    for fold in range(FOLDS):
+        out = np.arange(len(vertices)) % FOLDS == fold
+        solver = WeightSolver(rig, vertices[~out], **options)  # type: ignore[arg-type]
+        weights = solver.solve(positions[::step][:, ~out])
+        error[:, out] = np.linalg.norm(rig.pose(weights, vertices[out]) - positions[::step][:, out], axis=2)
+    return error
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--data", type=Path, default=ROOT.parent / "shared" / "data")
+    parser.add_argument("--map", type=Path, default=ROOT / "tests" / "data" / "animface_ict_markers.csv")
+    parser.add_argument("--kernel", default="triharmonic")
+    arguments = parser.parse_args()
+    rig = read_rig(arguments.data / "ict_facekit" / "rig.npz", unit="cm")
+    table = read_marker_map(arguments.map)
+    takes = {}
+    for part in TAKES:
+        positions, names = read(arguments.data / "facial_markers" / f"animface_{part}.npz")
+        takes[part] = adapt(positions, names, rig, table, arguments.kernel)
+    vertices = takes[TAKES[0]][1]
+    first = [WeightSolver(rig, vertices, method="bounded").solve(p) for p, _, _ in takes.values()]
+    prior = WeightPrior.fit(np.concatenate(first))
+    methods: dict[str, dict] = {
+        "least-squares": {"method": "least-squares"},
+        "nnls": {"method": "nnls"},
+        "lsts 0.3": {"method": "lsts", "alpha": 0.3},
+        "bounded": {"method": "bounded"},
+        "map": {"method": "map", "prior": prior},
+    }
+    print(f"{'':16}{'left-out marker, mm (share of no motion)':^66}{'brow share':^30}")
+    print(f"{'':16}" + "".join(f"{t:>22}" for t in TAKES) + "".join(f"{t:>10}" for t in TAKES))
+    rest = rig.neutral[vertices]
+    zero = {}
+    for part, (positions, _, _) in takes.items():
+        busy = moving(positions, rest)[::4]
+        zero[part] = np.linalg.norm(positions - rest, axis=2)[::4][busy].mean()
+    print(f"{'no motion':16}" + "".join(f"{zero[t]:>12.2f}  (1.00)  " for t in TAKES))
+    for name, options in methods.items():
+        errors, shares = "", ""
+        for part, (positions, _, _) in takes.items():
+            busy = moving(positions, rest)[::4]
+            error = held_out(rig, positions, vertices, **options)[busy].mean()
+            errors += f"{error:>12.2f}  ({error / zero[part]:.2f})  "
+            shares += f"{brow_share(WeightSolver(rig, vertices, **options).solve(positions), rig):>10.2f}"
+        print(f"{name:16}{errors}{shares}", flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,7 @@
+"""What comes in and goes out: readers and writers, annotation tiers, the versioned store."""
+
+from .recordings import read_take, write_take
+from .store import Corpus
+from .tiers import read_tiers, write_tiers
+
+__all__ = ["Corpus", "read_take", "read_tiers", "write_take", "write_tiers"]

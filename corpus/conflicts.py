@@ -1,0 +1,95 @@
+"""Whether what one transaction changed was meanwhile changed by another.
+
+A unit is what people can disagree about: a take, a solve, one author's tier, a rig. Its group or array carries the
+fingerprint of all its content, so two versions of a unit are the same where its one metadata document is.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from typing import Any
+
+import icechunk
+from zarr.abc.store import Store
+
+from ..errors import ConflictError
+from .nodes import list_nodes, read_document, read_many_documents
+
+__all__ = ["ChangeLog"]
+
+
+@dataclass
+class ChangeLog:
+    """What a transaction changed, and what it relied on.
+
+    Parameters
+    ----------
+    touched
+        Path of each unit that was changed, to its name for people and whether all below it counts too.
+    relied_on
+        Path of each take whose recording the edit is about, to its name for people.
+    """
+
+    touched: dict[str, tuple[str, bool]] = field(default_factory=dict)
+    relied_on: dict[str, str] = field(default_factory=dict)
+
+    def touch(self, path: str, name: str, *, whole: bool = False) -> None:
+        """Note that a unit is changed; with ``whole``, together with everything below it."""
+        self.touched[path] = (name, whole or self.touched.get(path, ("", False))[1])
+
+    def depend(self, path: str, name: str) -> None:
+        """Note that the edit is about the recording that is in a take."""
+        self.relied_on.setdefault(path, name)
+
+    def check(self, repository: icechunk.Repository, base: str, newest: str) -> None:
+        """Refuse if, between two snapshots, somebody else changed a unit that is touched or relied on.
+
+        Raises
+        ------
+        ConflictError
+            Naming the unit, who changed it and in which snapshot.
+        """
+        if base == newest:
+            return
+        before = repository.readonly_session(snapshot_id=base).store
+        after = repository.readonly_session(snapshot_id=newest).store
+        for path, (name, whole) in self.touched.items():
+            if _state(before, path, whole=whole) != _state(after, path, whole=whole):
+                raise self._conflict(repository, base, newest, path, name, whole=whole)
+        for path, name in self.relied_on.items():
+            if path not in self.touched and _recording(before, path) != _recording(after, path):
+                raise self._conflict(repository, base, newest, path, name, whole=False)
+
+    def _conflict(
+        self, repository: icechunk.Repository, base: str, newest: str, path: str, name: str, *, whole: bool
+    ) -> ConflictError:
+        culprit = ""
+        later: Any = None
+        for snapshot in repository.ancestry(snapshot_id=newest):
+            if later is not None:
+                here = _state(repository.readonly_session(snapshot_id=snapshot.id).store, path, whole=whole)
+                there = _state(repository.readonly_session(snapshot_id=later.id).store, path, whole=whole)
+                if here != there:
+                    who = later.metadata.get("author", "somebody")
+                    culprit = f" by {who} in {later.id} ({later.message})"
+                    break
+            if snapshot.id == base:
+                break
+            later = snapshot
+        return ConflictError(
+            f"{name}: changed{culprit} since this corpus was opened; nothing was committed: "
+            "open the corpus again, look at the change and redo yours"
+        )
+
+
+def _state(store: Store, path: str, *, whole: bool) -> Any:
+    if not whole:
+        return read_document(store, path)
+    paths = list_nodes(store, path)
+    return dict(zip(paths, read_many_documents(store, paths), strict=True))
+
+
+def _recording(store: Store, path: str) -> Any:
+    document = read_document(store, path)
+    return None if document is None else json.loads(document)["attributes"].get("fingerprint")

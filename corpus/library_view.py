@@ -1,0 +1,139 @@
+"""Reading what belongs to the corpus as a whole: rigs, marker maps, models, priors, vocabularies."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from numpy.typing import NDArray
+from zarr.abc.store import Store
+
+from ..errors import NotFoundError
+from .arrays_io import read_dataset
+from .layout import decode_name, encode_name, learned_path, rig_path
+from .nodes import list_children, read_array, read_attributes
+
+__all__ = ["LibraryView", "array_path", "enumerate_names"]
+
+
+class LibraryView:
+    """The part of a corpus that no single take owns."""
+
+    _store: Store
+
+    def rigs(self) -> list[str]:
+        """Return the names of the rigs."""
+        return self._names("rigs")
+
+    def rig(self, rig: str) -> xr.Dataset:
+        """Return a rig as a dataset; ``Rig.from_dataset`` makes a rig of it."""
+        return self._read_group(rig_path(rig), lambda: self._missing("rig", rig, "rigs"))
+
+    def marker_maps(self, rig: str) -> list[str]:
+        """Return the names of a rig's marker maps."""
+        return sorted(self._rig_facts(rig).get("marker_maps", {}))
+
+    def marker_map(self, rig: str, name: str = "default") -> pd.DataFrame:
+        """Return a marker map: ``marker`` (text) and ``vertex`` (int64) of the rig.
+
+        Raises
+        ------
+        NotFoundError
+            If there is no such rig or map.
+        """
+        maps = self._rig_facts(rig).get("marker_maps", {})
+        if name not in maps:
+            raise NotFoundError(f"rig {rig!r}: no marker map {name!r}; it has {', '.join(sorted(maps)) or 'none'}")
+        columns = maps[name]
+        return pd.DataFrame(
+            {"marker": pd.Series(columns["marker"], dtype="str"), "vertex": np.asarray(columns["vertex"], np.int64)}
+        )
+
+    def models(self) -> list[str]:
+        """Return the names of the models."""
+        return self._names("models")
+
+    def model(self, name: str) -> tuple[dict[str, NDArray], dict[str, Any]]:
+        """Return a model: its arrays by name, and its metadata."""
+        return self._read_learned("models", name)
+
+    def model_metadata(self, name: str) -> dict[str, Any]:
+        """Return what is known of a model without reading its arrays.
+
+        Raises
+        ------
+        NotFoundError
+            If there is no such model.
+        """
+        facts = read_attributes(self._store, learned_path("models", name))
+        if facts is None:
+            raise NotFoundError(self._missing("model", name, "models"))
+        return dict(facts["metadata"])
+
+    def priors(self) -> list[str]:
+        """Return the names of the priors over weights."""
+        return self._names("priors")
+
+    def prior(self, name: str) -> tuple[dict[str, NDArray], dict[str, Any]]:
+        """Return a prior over weights: its arrays by name, and its metadata."""
+        return self._read_learned("priors", name)
+
+    def vocabularies(self) -> list[str]:
+        """Return the names of the label vocabularies."""
+        return sorted(self._root().get("vocabularies", {}))
+
+    def vocabulary(self, name: str) -> Any:
+        """Return a label vocabulary as it was put: a list of labels or a mapping."""
+        known = self._root().get("vocabularies", {})
+        if name not in known:
+            raise NotFoundError(f"corpus: no vocabulary {name!r}; it has {', '.join(sorted(known)) or 'none'}")
+        return known[name]
+
+    # What the public methods share.
+
+    def _root(self) -> dict[str, Any]:
+        return read_attributes(self._store, "") or {}
+
+    def _names(self, group: str) -> list[str]:
+        return sorted(decode_name(segment) for segment in list_children(self._store, group))
+
+    def _rig_facts(self, rig: str) -> dict[str, Any]:
+        facts = read_attributes(self._store, rig_path(rig))
+        if facts is None:
+            raise NotFoundError(self._missing("rig", rig, "rigs"))
+        return facts
+
+    def _missing(self, what: str, name: str, group: str) -> str:
+        names = self._names(group)
+        return f"corpus: no {what} {name!r}; it has {enumerate_names(names)}"
+
+    def _read_group(self, path: str, missing: Callable[[], str]) -> xr.Dataset:
+        facts = read_attributes(self._store, path)
+        if facts is None:
+            raise NotFoundError(missing())
+        header = facts["header"]
+        return read_dataset(self._store, header, {name: array_path(path, name) for name in header["variables"]})
+
+    def _read_learned(self, kind: str, name: str) -> tuple[dict[str, NDArray], dict[str, Any]]:
+        path = learned_path(kind, name)
+        facts = read_attributes(self._store, path)
+        if facts is None:
+            raise NotFoundError(self._missing(kind.removesuffix("s"), name, kind))
+        payload: dict[str, NDArray] = {key: np.asarray(value, dtype=str) for key, value in facts["texts"].items()}
+        payload.update({key: read_array(self._store, array_path(path, key))[0] for key in facts["arrays"]})
+        return payload, facts["metadata"]
+
+
+def array_path(group: str, name: str) -> str:
+    """Return the path of a dataset's array."""
+    return f"{group}/{encode_name(name, what='variable name')}"
+
+
+def enumerate_names(names: list[str], limit: int = 10) -> str:
+    """Return names as a message lists them, cut where there are many."""
+    if not names:
+        return "none"
+    return ", ".join(names[:limit]) + (f" and {len(names) - limit} more" if len(names) > limit else "")

@@ -1,0 +1,112 @@
+"""LSTS: least squares with thin-shell energy and soft bounds (Reverdy 2019, 5.21-5.30), dimensionless.
+
+Per frame, with ``r = d − B c`` the residual at the markers,
+
+``J(c) = ‖r‖² / δ² + α_ts κ cᵀ E c / δ² + α_b s² E_b(c)``, ``α_ts + α_b = 1``,
+
+``E_b(c) = Σ_i exp((l_inf − c_i)/s) + exp((c_i − l_sup)/s)`` (5.24).
+
+- The data term is squared (as in 4.3 there), so that ``J`` is smooth and strictly convex.
+- ``E`` is the thin-shell energy of :mod:`.thin_shell`, made dimensionless by one length of the rig.
+- ``δ`` is the median length of the markers' displacement under one shape at weight 1, and ``κ`` puts the median over
+  the shapes of ``E_kk`` on the same footing as that of ``(BᵀB)_kk``; both only over shapes that some marker sees. So
+  α_ts weighs energies of equal size whatever the mesh, its resolution and the unit.
+- ``s²`` gives ``E_b`` a curvature of one at its bounds, the data term's order of magnitude.
+
+``E_b`` is least at the middle of the bounds and pushes up at ``c = 0``: neutral frames come out slightly above 0.
+Weights are not clipped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import newton
+from .small_products import times
+
+Array = NDArray[np.floating[Any]]
+
+
+class SoftBounds:
+    """``weight · E_b(c)`` with its derivatives, entry by entry.
+
+    Parameters
+    ----------
+    weight
+        Factor in front of ``E_b``.
+    s
+        Smoothing parameter, above 0.
+    l_inf, l_sup
+        Lower and upper bound.
+    """
+
+    def __init__(self, weight: float, s: float, l_inf: float, l_sup: float) -> None:
+        self.weight, self.s, self.l_inf, self.l_sup = weight, s, l_inf, l_sup
+
+    def value(self, c: Array) -> Array:
+        """Return the energy of every entry."""
+        low, high = self._exponentials(c)
+        return low + high
+
+    def derivatives(self, c: Array) -> tuple[Array, Array]:
+        """Return its first and second derivative."""
+        low, high = self._exponentials(c)
+        curve = low + high
+        curve /= self.s**2
+        high -= low
+        high /= self.s
+        return high, curve
+
+    def _exponentials(self, c: Array) -> tuple[Array, Array]:
+        # Exponents are capped where a line search may look; no minimum lies there. One exponential gives the other.
+        high = (c - self.l_sup) / self.s
+        np.clip(high, -300.0, 300.0, out=high)
+        np.exp(high, out=high)
+        high *= self.weight
+        low = self.weight**2 * np.exp((self.l_inf - self.l_sup) / self.s) / np.maximum(high, 1e-300)
+        return low, high
+
+
+class LSTS:
+    """The dimensionless form; see the module.
+
+    Parameters
+    ----------
+    energy
+        (N, N) ``κ E / δ²``; basis and displacements come in units of ``δ``.
+    alpha
+        α_ts in 0..1.
+    s, l_inf, l_sup
+        Parameters of the bounds.
+    """
+
+    def __init__(self, energy: Array, alpha: float, s: float, l_inf: float, l_sup: float) -> None:
+        self.energy, self.alpha = energy, alpha
+        self.bounds = SoftBounds((1.0 - alpha) * s**2, s, l_inf, l_sup)
+
+    def prepare(self, basis: Array) -> Callable[[Array], Array]:
+        """Return a function from (F, rows) displacements to (F, N) weights for a (rows, N) basis."""
+        H = 2.0 * (basis.T @ basis + self.alpha * self.energy)
+        # One Newton step from rest, kept within the bounds, is near the minimum.
+        slope, curve = self.bounds.derivatives(np.zeros(1))
+        first = np.linalg.inv(H + curve * np.eye(len(H)))
+
+        def solve(displacements: Array) -> Array:
+            g = 2.0 * times(displacements, basis)
+            start = np.clip(times(g - slope, first), self.bounds.l_inf, self.bounds.l_sup)
+            return newton.minimise(H, g, start, self.bounds)
+
+        return solve
+
+    def data_term(self, squared_residuals: Array) -> Array:
+        """Return ``‖r‖²/δ²`` per frame."""
+        return squared_residuals
+
+    def penalty(self, weights: Array) -> Array:
+        """Return the two regularisation energies per frame."""
+        shell = np.einsum("fi,ij,fj->f", weights, self.energy, weights, optimize=True)
+        return self.alpha * shell + self.bounds.value(weights).sum(1)

@@ -1,0 +1,50 @@
+"""Maximum a posteriori weights (Reverdy 2019, 2.9-2.12): bounded, with a Gaussian prior learned from performances.
+
+``J(c) = ‖r‖²/δ² + (σ/δ)² (c − μ)ᵀ Σ⁻¹ (c − μ) + α κ cᵀ E c/δ²`` over ``0 ≤ c_i ≤ 1``
+
+is, up to a constant, twice the negative logarithm of the posterior times ``(σ/δ)²``, for markers with independent
+Gaussian errors of standard deviation ``σ`` and weights with mean ``μ`` and covariance ``Σ``; ``δ``, ``κ`` and ``E`` are
+those of :mod:`.lsts`. ``σ`` covers all that the rig cannot explain, not only the cameras' noise.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from .bounded import Bounded
+from .weight_prior import WeightPrior
+
+Array = NDArray[np.floating[Any]]
+
+NOISE = 0.0025
+"""Default standard deviation of a marker coordinate, as a part of the rig's length (0.28 mm on an adult's head)."""
+
+
+def maximum_posterior(prior: WeightPrior, energy: Array, alpha: float, noise: float) -> Bounded:
+    """Return the method for one prior.
+
+    Parameters
+    ----------
+    prior
+        Mean and covariance of the rig's n_shapes weights.
+    energy
+        (N, N) ``κ E/δ²``.
+    alpha
+        Factor of the thin-shell energy.
+    noise
+        ``σ/δ``, above 0.
+    """
+    n_shapes = len(energy)
+    if len(prior.mean) != n_shapes:
+        raise InputError(f"prior: expected {n_shapes} shapes, as the rig has, but got {len(prior.mean)}")
+    precision = noise**2 * np.linalg.inv(prior.covariance)
+    precision = 0.5 * (precision + precision.T)
+    quadratic = precision + alpha * energy
+    # Two parabolas make one, around the point where their slopes cancel, plus a constant.
+    pull = precision @ prior.mean
+    centre = np.linalg.solve(quadratic, pull)
+    return Bounded(quadratic, centre=centre, constant=float(prior.mean @ pull - centre @ pull))

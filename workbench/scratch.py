@@ -1,0 +1,56 @@
+"""Finished parts of a long command, kept beside the corpus until its one commit.
+
+A command that changes a corpus is one commit, yet an interrupted solve of seventy takes must not start again from
+nothing. So each finished take is written here under the fingerprint of everything that it was computed from; the
+next run of the same command finds it, and a successful commit empties the folder.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import zipfile
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class Scratch:
+    """A folder of finished results, addressed by fingerprint.
+
+    Parameters
+    ----------
+    corpus
+        Folder of the corpus; the scratch folder is its sibling ``<corpus>.scratch``.
+    """
+
+    def __init__(self, corpus: Path) -> None:
+        self.folder = corpus.parent / f"{corpus.name}.scratch"
+
+    def get(self, fingerprint: str) -> dict[str, NDArray] | None:
+        """Return the arrays kept under ``fingerprint``, or None if there are none."""
+        path = self._path(fingerprint)
+        try:
+            with np.load(path, allow_pickle=False) as kept:
+                return {name: kept[name] for name in kept.files}
+        except FileNotFoundError:
+            return None
+        except (OSError, ValueError, zipfile.BadZipFile):
+            path.unlink(missing_ok=True)  # cut off by a crash: compute it again
+            return None
+
+    def put(self, fingerprint: str, arrays: dict[str, NDArray]) -> None:
+        """Keep ``arrays``; a crash in the middle leaves nothing that :meth:`get` would take for whole."""
+        self.folder.mkdir(parents=True, exist_ok=True)
+        part = self.folder / f"{fingerprint}.{os.getpid()}.part"
+        with part.open("wb") as file:
+            np.savez(file, allow_pickle=False, **arrays)
+        part.replace(self._path(fingerprint))
+
+    def clear(self) -> None:
+        """Forget everything."""
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def _path(self, fingerprint: str) -> Path:
+        return self.folder / f"{fingerprint}.npz"
