@@ -13,7 +13,16 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from mimique.rigid import fit_rigid
-from mimique.synthesis import MorphMap, Rig, WeightPrior, WeightSolver, check_marker_map, read_marker_map, read_rig
+from mimique.synthesis import (
+    MorphMap,
+    Rig,
+    WeightPrior,
+    WeightSolver,
+    check_marker_map,
+    estimate_noise,
+    read_marker_map,
+    read_rig,
+)
 from mimique.synthesis.alignment import align_points
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -91,14 +100,17 @@ def main() -> None:
         positions, names = read(arguments.data / "facial_markers" / f"animface_{part}.npz")
         takes[part] = adapt(positions, names, rig, table, arguments.kernel)
     vertices = takes[TAKES[0]][1]
-    first = [WeightSolver(rig, vertices, method="bounded").solve(p) for p, _, _ in takes.values()]
-    prior = WeightPrior.fit(np.concatenate(first))
+    every = np.concatenate([p for p, _, _ in takes.values()])
+    bounded = WeightSolver(rig, vertices, method="bounded")
+    first = bounded.solve(every)
+    prior, noise = WeightPrior.fit(first), estimate_noise(bounded.residuals(every, first), rig.n_shapes)
     methods: dict[str, dict] = {
         "least-squares": {"method": "least-squares"},
         "nnls": {"method": "nnls"},
         "lsts 0.3": {"method": "lsts", "alpha": 0.3},
         "bounded": {"method": "bounded"},
         "map": {"method": "map", "prior": prior},
+        f"map {noise:.2f} mm": {"method": "map", "prior": prior, "noise": noise},
     }
     print(f"{'':16}{'left-out marker, mm (share of no motion)':^66}{'brow share':^30}")
     print(f"{'':16}" + "".join(f"{t:>22}" for t in TAKES) + "".join(f"{t:>10}" for t in TAKES))

@@ -12,8 +12,8 @@ from .take import check_take, select_markers
 
 __all__ = ["find_coinciding_markers", "longest_runs", "summarise_markers"]
 
-COINCIDENCE = 0.1
-"""Distance in mm below which two markers cannot be two: the noise of an optical system."""
+COINCIDENCE = 5e-4
+"""Distance below which two markers cannot be two, as part of the layout's size: 0.1 mm, optical noise, on a head."""
 
 
 def summarise_markers(take: xr.Dataset) -> pd.DataFrame:
@@ -57,29 +57,42 @@ def summarise_markers(take: xr.Dataset) -> pd.DataFrame:
     )
 
 
-def find_coinciding_markers(take: xr.Dataset, *, tolerance: float = COINCIDENCE) -> list[tuple[str, str]]:
+def find_coinciding_markers(take: xr.Dataset, *, tolerance: float | None = None) -> list[tuple[str, str]]:
     """Find pairs of tracked markers that are one and the same point.
 
-    A pair coincides if it is closer than ``tolerance`` (mm) in more than half of the frames that show both. Markers
-    that touch for a moment (lips, lids) do not.
+    A pair coincides if it is within ``tolerance`` (mm) in more than half of the frames that show both. Markers
+    that touch for a moment (lips, lids) do not. By default the tolerance goes with the layout's size
+    (:data:`COINCIDENCE`), so that a recording in the wrong unit is not taken for one of copies.
 
     Raises
     ------
     InputError
         If the tolerance is not above 0.
     """
-    if not tolerance > 0:
+    if tolerance is not None and not tolerance > 0:
         raise InputError(f"tolerance: expected a distance above 0 mm, but got {tolerance!r}")
     markers = select_markers(take)
     names = [str(name) for name in markers["marker"].values]
     position = markers["position"].transpose("marker", "time", "space").values.astype(np.float64)
+    if tolerance is None:
+        tolerance = COINCIDENCE * _layout_size(position)
     pairs = []
     for first in range(len(names) - 1):
         distance = np.linalg.norm(position[first + 1 :] - position[first], axis=2)
         n_seen = np.isfinite(distance).sum(axis=1)
-        close = 2 * (distance < tolerance).sum(axis=1) > n_seen
+        close = 2 * (distance <= tolerance).sum(axis=1) > n_seen
         pairs += [(names[first], names[first + 1 + int(other)]) for other in np.flatnonzero(close)]
     return pairs
+
+
+def _layout_size(position: NDArray[np.float64]) -> float:
+    """Return the largest extent of the markers in a typical frame, mm; (n_markers, n_frames, 3), NaN where missing."""
+    seen = np.isfinite(position).all(axis=2)
+    frames = seen.any(axis=0)
+    if not frames.any():
+        return 0.0
+    extent = np.nanmax(position[:, frames], axis=0) - np.nanmin(position[:, frames], axis=0)
+    return float(np.median(extent.max(axis=1)))
 
 
 def longest_runs(flags: NDArray[np.bool_]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -3,6 +3,7 @@
 from .arkit import ARKIT_NAMES, arkit_name, arkit_table
 from .marker_map import check_marker_map, read_marker_map, write_marker_map
 from .marker_proposal import propose_marker_map
+from .maximum_posterior import estimate_noise
 from .morph_map import MorphMap
 from .rig import Rig
 from .rig_files import read_rig
@@ -18,6 +19,7 @@ __all__ = [
     "arkit_name",
     "arkit_table",
     "check_marker_map",
+    "estimate_noise",
     "propose_marker_map",
     "read_marker_map",
     "read_rig",

@@ -49,26 +49,29 @@ class SoftBounds:
 
     def value(self, c: Array) -> Array:
         """Return the energy of every entry."""
-        low, high = self._exponentials(c)
-        return low + high
+        low, high = self._curvatures(c)
+        return (low + high) * self.s**2
 
     def derivatives(self, c: Array) -> tuple[Array, Array]:
         """Return its first and second derivative."""
-        low, high = self._exponentials(c)
+        low, high = self._curvatures(c)
         curve = low + high
-        curve /= self.s**2
         high -= low
-        high /= self.s
+        high *= self.s
         return high, curve
 
-    def _exponentials(self, c: Array) -> tuple[Array, Array]:
-        # Exponents are capped where a line search may look; no minimum lies there. One exponential gives the other.
-        high = (c - self.l_sup) / self.s
+    def _curvatures(self, c: Array) -> tuple[Array, Array]:
+        """Return the second derivatives of the two exponentials; their product is the same for every entry."""
+        if self.weight == 0:
+            return np.zeros_like(c), np.zeros_like(c)
+        factor = self.weight / self.s**2
+        high = c * (1.0 / self.s)
+        high -= self.l_sup / self.s
+        # Exponents are capped where a line search may look; no minimum lies there.
         np.clip(high, -300.0, 300.0, out=high)
         np.exp(high, out=high)
-        high *= self.weight
-        low = self.weight**2 * np.exp((self.l_inf - self.l_sup) / self.s) / np.maximum(high, 1e-300)
-        return low, high
+        high *= factor
+        return factor**2 * np.exp((self.l_inf - self.l_sup) / self.s) / high, high
 
 
 class LSTS:

@@ -15,6 +15,33 @@ Array = NDArray[np.floating[Any]]
 LIKELY_UNITS = {0.001: "metres", 0.01: "decimetres", 0.1: "centimetres", 1 / 25.4: "inches", 10.0: "tenths of mm"}
 
 
+def check_size(positions: Array, rest: Array) -> None:
+    """Refuse markers that span much less or more than the vertices that they sit on.
+
+    Parameters
+    ----------
+    positions
+        (..., P, 3), mm, NaN where missing.
+    rest
+        (P, 3) their vertices on the rig, mm.
+
+    Raises
+    ------
+    RigError
+        Naming the likely unit.
+    """
+    ratio = size_ratio(positions, rest)
+    if not np.isfinite(ratio) or len(rest) < 3 or 0.4 < ratio < 2.5:
+        return
+    close = min(LIKELY_UNITS, key=lambda r: abs(np.log(ratio / r))) if ratio > 0 else 0.0
+    likely = close > 0 and abs(np.log(ratio / close)) < 0.5
+    hint = f"they seem to be in {LIKELY_UNITS[close]}" if likely else "align and adapt them first"
+    raise RigError(
+        f"positions: expected markers in mm and about as large as the rig's, but they span {ratio:.3g} of it; {hint} "
+        "(or the rig's unit is wrong)"
+    )
+
+
 def check_space(positions: Array, rest: Array) -> None:
     """Refuse positions whose size or place shows that they are not in the rig's space.
 
@@ -23,12 +50,7 @@ def check_space(positions: Array, rest: Array) -> None:
     RigError
         Naming the likely unit, or asking for alignment.
     """
-    ratio = size_ratio(positions, rest)
-    if np.isfinite(ratio) and len(rest) > 2 and not 0.4 < ratio < 2.5:
-        close = min(LIKELY_UNITS, key=lambda r: abs(np.log(ratio / r))) if ratio > 0 else 0.0
-        likely = close > 0 and abs(np.log(ratio / close)) < 0.5
-        hint = f"they seem to be in {LIKELY_UNITS[close]}" if likely else "align and adapt them to the rig first"
-        raise RigError(f"positions: expected millimetres in the rig's space, but they span {ratio:.3g} of it; {hint}")
+    check_size(positions, rest)
     with np.errstate(invalid="ignore"):
         moved = np.sqrt(((positions - rest) ** 2).sum(2))
     radius = float(np.sqrt(((rest - rest.mean(0)) ** 2).sum(1).mean()))

@@ -12,8 +12,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from ..arrays import check_array
 from ..errors import InputError
 from .bounded import Bounded
 from .weight_prior import WeightPrior
@@ -22,6 +23,36 @@ Array = NDArray[np.floating[Any]]
 
 NOISE = 0.0025
 """Default standard deviation of a marker coordinate, as a part of the rig's length (0.28 mm on an adult's head)."""
+
+MEDIAN_OF_CHI = 1.5382
+"""Median length of three independent standard normal coordinates."""
+
+
+def estimate_noise(residuals: ArrayLike, n_shapes: int) -> float:
+    """Return ``σ``, mm, from the residuals of a first solve of the same signer, ``bounded`` say.
+
+    The median distance makes it robust; what the fit of ``n_shapes`` weights to 3P coordinates takes away is put back.
+
+    Parameters
+    ----------
+    residuals
+        (F, P) distances, mm, NaN where a marker was missing (:meth:`.WeightSolver.residuals`).
+    n_shapes
+        Number of weights that were fitted.
+
+    Raises
+    ------
+    InputError
+        If there is no residual above zero.
+    """
+    distances = check_array(residuals, name="residuals", shape=(None, None))
+    n_coordinates = 3 * distances.shape[1]
+    seen = distances[np.isfinite(distances)]
+    typical = float(np.median(seen)) if seen.size else 0.0
+    if not typical > 0:
+        raise InputError("noise: expected residuals above zero, but there are none; give the noise in mm instead")
+    freedom = max(1.0 - n_shapes / n_coordinates, 0.25)
+    return typical / MEDIAN_OF_CHI / float(np.sqrt(freedom))
 
 
 def maximum_posterior(prior: WeightPrior, energy: Array, alpha: float, noise: float) -> Bounded:

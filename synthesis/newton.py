@@ -1,11 +1,12 @@
 """Minimise ``½ cᵀ H c − gᵀ c + Σ_i φ(c_i)`` for many ``g`` at once.
 
-``H`` is shared by all frames and positive semidefinite, ``φ`` is smooth and strictly convex. Frames go in blocks:
+``H`` is shared by all frames and positive semidefinite, ``φ`` is smooth and strictly convex.
 
-1. Conjugate gradients (Polak and Ribière's, restarted where they would turn back), preconditioned by the inverse of
-   ``H`` plus the block's mean ``φ″``: all frames of a block share one matrix, and since ``φ″`` seldom rules, some ten
-   steps reach the minimum.
-2. The few frames that need more get damped Newton steps, each with its own Hessian; these always converge.
+1. Conjugate gradients (Polak and Ribière's, restarted where they would turn back). Slices of 64 frames share one
+   preconditioner, the inverse of ``H`` plus the slice's mean ``φ″``: since neighbours are alike and ``φ″`` seldom
+   rules, about ten steps reach the minimum.
+2. The frames that need more are gathered, get a preconditioner that fits them better, and as many steps again.
+3. The few that are left take damped Newton steps, each with its own Hessian; these always converge.
 """
 
 from __future__ import annotations
@@ -15,9 +16,19 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from .small_products import ROWS as SLICE
 from .small_products import times
 
 Array = NDArray[np.floating[Any]]
+
+BLOCK = 4 * SLICE  # Frames at a time, such that their arrays stay in cache.
+# Per round: how many steps, and after how many the preconditioner is made anew from where the frames are then.
+ROUNDS = ((12, 4), (12, 6), (16, 8))
+DONE = 1e-9  # Length of a step, that is, about the distance to the minimum.
+# Newton's error squares with every full step: a last step this long leaves about its square.
+LAST_STEP = 1e-5
+NEWTON_STEPS = 200
+MAX_HALVINGS = 40
 
 
 class Potential(Protocol):
@@ -56,75 +67,70 @@ def minimise(H: Array, g: Array, start: Array, phi: Potential) -> Array:
     phi
         φ.
     """
-    out = np.empty_like(g)
-    for first in range(0, len(g), ROWS):
-        part = slice(first, first + ROWS)
-        c, left = _conjugate_gradients(H, g[part], start[part], phi)
-        if len(left):
-            c[left] = _newton(H, g[part][left], c[left], phi)
-        out[part] = c
-    return out
-
-
-def _conjugate_gradients(H: Array, g: Array, start: Array, phi: Potential) -> tuple[Array, NDArray[np.int64]]:
-    """Return weights and the frames that are not done."""
-    out = start.copy()
+    c = start.copy()
     left = np.arange(len(g))
+    for steps, renewal in ROUNDS:
+        going = np.zeros(len(left), dtype=bool)
+        for first in range(0, len(left), BLOCK):
+            part = left[first : first + BLOCK]
+            c[part], going[first : first + BLOCK] = _descend(H, g[part], c[part], phi, steps, renewal)
+        left = left[going]
+    if len(left):
+        # Where an exponential threw a frame far off, its start is the better place to go on from.
+        worse = ~(_objective(H, g[left], c[left], phi) <= _objective(H, g[left], start[left], phi))
+        c[left[worse]] = start[left[worse]]
+        c[left] = _newton(H, g[left], c[left], phi)
+    return c
+
+
+def _descend(
+    H: Array, g: Array, start: Array, phi: Potential, steps: int, renewal: int
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Take some steps of preconditioned conjugate gradients; return weights and which frames still move."""
+    n_frames, n = g.shape
+    padding = -n_frames % SLICE
+    c: Array = np.concatenate([start, np.repeat(start[-1:], padding, axis=0)]).reshape(-1, SLICE, n)
+    g = np.concatenate([g, np.repeat(g[-1:], padding, axis=0)]).reshape(-1, SLICE, n)
     diagonal = np.diag(H)
-    c = start
     slope, curve = phi.derivatives(c)
-    Hc = times(c, H)
-    gradient = Hc - g + slope
-    for step in range(GRADIENT_STEPS):
-        if step in FRESH_STEPS:
-            # The geometric mean: a few frames beyond the bounds, where φ″ explodes, must not rule the block.
-            P = np.linalg.inv(H + np.diag(np.exp(np.log(curve + 1e-300).mean(0))))
-            z = times(gradient, P)
+    gradient = c @ H
+    gradient -= g
+    gradient += slope
+    for step in range(steps):
+        if step in (0, renewal):
+            # The geometric mean: a few frames beyond the bounds, where φ″ explodes, must not rule the slice.
+            typical = np.exp(np.log(curve + 1e-300).mean((0, 1) if step == 0 else 1))
+            P = np.linalg.inv(H + typical[..., None] * np.eye(n))
+            z = gradient @ P
             p = -z
             gz = _dot(gradient, z)
-        Hp = times(p, H)
-        length = -_dot(gradient, p)
-        length /= np.maximum(_dot(Hp, p) + np.einsum("fi,fi,fi->f", curve, p, p)[:, None], 1e-300)
-        c = c + length * p
+        Hp = p @ H
+        curve *= p
+        curve += Hp
+        length = -_dot(gradient, p) / np.maximum(_dot(curve, p), 1e-300)
+        c += length * p
         Hp *= length
-        Hc += Hp
+        gradient -= slope
+        new = gradient + Hp
+        gradient += slope
         slope, curve = phi.derivatives(c)
-        new = Hc - g
         new += slope
-        z = times(new, P)
+        z = new @ P
         gz_new = _dot(new, z)
         p *= np.maximum(gz_new - _dot(gradient, z), 0.0) / np.maximum(gz, 1e-300)
         p -= z
         gradient, gz = new, gz_new
-        if step >= 7 and step % 2:
-            going = _unfinished(z, gradient, diagonal + curve)
-            out[left[~going]] = c[~going]
-            if not going.any():
-                return out, left[:0]
-            if going.mean() < 0.75:
-                left = left[going]
-                c, Hc, g, p, z, gz, gradient, curve = (a[going] for a in (c, Hc, g, p, z, gz, gradient, curve))
-    going = _unfinished(z, gradient, diagonal + curve)
-    # Where an exponential threw a frame far off, its start is the better place to go on from.
-    better = _objective(H, g, c, phi) <= _objective(H, g, start[left], phi)
-    out[left[better]] = c[better]
-    return out, left[going]
+    # The shared step must be short, and each weight's own too: it catches frames that the preconditioner does not fit.
+    done = (np.abs(z).max(2) <= DONE) & ((np.abs(gradient) / (diagonal + curve)).max(2) <= DONE)
+    return c.reshape(-1, n)[:n_frames], ~done.reshape(-1)[:n_frames]
+
+
+def _dot(a: Array, b: Array) -> Array:
+    return np.einsum("sfi,sfi->sf", a, b)[..., None]
 
 
 def _objective(H: Array, g: Array, c: Array, phi: Potential) -> Array:
     return 0.5 * (c * times(c, H)).sum(1) - (g * c).sum(1) + phi.value(c).sum(1)
-
-
-def _unfinished(z: Array, gradient: Array, curvature: Array) -> NDArray[np.bool_]:
-    """Say which frames still move: the shared matrix's step must be short, and each weight's own step too.
-
-    The second catches frames that the shared matrix does not fit.
-    """
-    return ~((np.abs(z).max(1) <= DONE) & ((np.abs(gradient) / curvature).max(1) <= DONE))
-
-
-def _dot(a: Array, b: Array) -> Array:
-    return np.einsum("fi,fi->f", a, b)[:, None]
 
 
 def _newton(H: Array, g: Array, start: Array, phi: Potential) -> Array:

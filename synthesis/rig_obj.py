@@ -41,7 +41,11 @@ def read_obj_folder(
     FileFormatError
         If a file cannot be read as OBJ.
     """
-    files = {_stem(p): p for p in sorted(folder.iterdir()) if p.name.lower().endswith((".obj", ".obj.gz"))}
+    paths = [p for p in sorted(folder.iterdir()) if p.name.lower().endswith((".obj", ".obj.gz")) and p.name[0] != "."]
+    files = {_stem(p): p for p in paths}
+    if len(files) < len(paths):
+        doubled = sorted({_stem(p) for p in paths if files[_stem(p)] != p})
+        raise RigError(f"{folder.name}: {_some(doubled)} is there both plain and gzipped; remove one")
     if not files:
         raise RigError(f"{folder.name}: expected a folder of OBJ files (.obj or .obj.gz), but it holds none")
     neutrals = [name for name in files if "neutral" in name.lower()]

@@ -52,6 +52,7 @@ class WeightSolver:
         Factors of ``‖c‖²`` and ``Σ c`` in ``bounded``.
     noise
         Standard deviation, mm, of a marker's coordinate in ``map``; a fixed part of the rig's length by default.
+        :func:`.estimate_noise` tells it from the residuals of a first solve.
     unit
         Length, mm, of the unit in which ``lsts-published`` is evaluated; 10 (cm) by default.
     minimum_markers
@@ -81,7 +82,7 @@ class WeightSolver:
         s: float = 0.1,
         l_inf: float = -0.1,
         l_sup: float = 1.1,
-        ridge: float = 0.02,
+        ridge: float = 0.03,
         sparsity: float = 0.002,
         noise: float | None = None,
         unit: float = 10.0,
@@ -158,6 +159,10 @@ class WeightSolver:
     def _groups(self, positions: Array) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64]]]:
         """Yield each visibility pattern's markers and its frames, patterns with too few markers left out."""
         seen = np.asarray(np.isfinite(positions).all(axis=2))
+        if seen.all() and self.minimum_markers <= seen.shape[1]:  # The common case, without sorting.
+            if len(seen):
+                yield np.arange(seen.shape[1]), np.arange(len(seen))
+            return
         _, first, group = np.unique(np.packbits(seen, axis=1), axis=0, return_index=True, return_inverse=True)
         group = group.reshape(-1)
         order = np.argsort(group, kind="stable")

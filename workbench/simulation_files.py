@@ -16,7 +16,7 @@ from __future__ import annotations
 import logging
 import tempfile
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -103,8 +103,8 @@ def write_recording(folder: Path, recording: Recording) -> dict[str, object]:
         protocol=recording.protocol,
         x_screen="+X",
         y_screen="+Z",
-        **recording.attributes,
     )
+    take.attrs.update(recording.attributes)
     paths = {
         "recording": f"{RECORDINGS}/{name}.c3d",
         "tiers": f"{RECORDINGS}/{name}.eaf",
@@ -212,7 +212,7 @@ def _identify(recording: Recording) -> dict[str, pd.DataFrame]:
     return {name: make_tier(tier, rng=rng, name=name) for name, tier in recording.tiers.items()}
 
 
-def _chain(first: Recording, rest):
+def _chain(first: Recording, rest: Iterator[Recording]) -> Iterator[Recording]:
     yield first
     yield from rest
 

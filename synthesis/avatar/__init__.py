@@ -16,6 +16,7 @@ __all__ = [
     "Morphology",
     "Part",
     "affect_pose",
+    "base_head",
     "build_avatar",
     "default_marker_map",
     "default_markers",

@@ -7,8 +7,9 @@ from numpy.typing import NDArray
 
 from . import lips, pieces
 from .head import Part, base_head
+from .lids import direction
 from .muscles import falloff, ramp
-from .sculpture import EYE_CENTRE
+from .sculpture import EYE_CENTRE, EYE_RADIUS
 from .template import EYE, MOUTH
 
 Floats = NDArray[np.float64]
@@ -64,6 +65,11 @@ def vertex_colours(
     colours[in_iris] = np.clip(np.array(iris) * ray[in_iris] * lighter[in_iris], 0, 1)
     colours[eye & (angle >= pieces.IRIS) & (angle < pieces.LIMBUS)] = np.array(iris) * 0.35
     colours[eye & (angle < pieces.PUPIL)] = (0.02, 0.02, 0.025)
+    # a painted reflection, on the same side in both eyes: without it the look is dead in soft light
+    sparkle = EYE_CENTRE + (EYE_RADIUS + 0.3) * direction(np.radians(-10.5), np.radians(11.5))
+    for centre in (sparkle, sparkle - [2 * EYE_CENTRE[0], 0.0, 0.0]):
+        near = 1 - ramp(np.linalg.norm(head.vertices - centre, axis=1), 1.0, 2.1)
+        blend(eye, near, (1.0, 1.0, 1.0))
     white = eye & (angle >= pieces.LIMBUS)
     colours[white] *= 1 - 0.16 * ramp(arm[white, 1:2], 1.0, 9.0)  # the upper lid's shade
     back = eye & (angle > 60)

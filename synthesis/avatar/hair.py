@@ -57,7 +57,7 @@ def ear(rings: int = 15, steps: int = 24) -> Piece:
     outline_back = np.where(back > 0, 17.0 + 3.0 * up, 12.5) * back
     outline_up = 29.0 * up
     outline_back = outline_back * np.where(up < 0, 1 - 0.26 * up**2, 1.0)
-    forward = ramp(-back, 0.1, 0.75) * ramp(up, -0.95, -0.3)  # the rim dives into the cheek in front
+    forward = ramp(-back, 0.1, 0.75) * ramp(up, -0.60, 0.10)  # the rim dives into the cheek in front
     lobe = ramp(-up, 0.45, 0.85)
     rho = np.array([0.0, 0.14, 0.28, 0.40, 0.50, 0.60, 0.70, 0.79, 0.87, 0.94, 1.0, 1.02, 0.95, 0.84, 0.7])[:rings]
     flat = np.array([-5.5, -5.2, -4.2, -1.0, 1.8, 2.4, 1.2, 0.3, 1.3, 2.6, 2.0, 0.2, -1.8, -5.5, -13.0])[:rings]
@@ -83,5 +83,5 @@ def ear(rings: int = 15, steps: int = 24) -> Piece:
     numbers = 1 + np.arange((rings - 1) * steps).reshape(rings - 1, steps)
     points = np.concatenate([vertices[0, :1], vertices[1:].reshape(-1, 3)])
     fan = np.stack([np.zeros(steps, int), numbers[0], np.roll(numbers[0], -1)], -1)
-    triangles = np.concatenate([fan[:, ::-1], grid_triangles(numbers, closed=True)])
+    triangles = np.concatenate([fan, grid_triangles(numbers, closed=True)[:, ::-1]])
     return points, triangles

@@ -60,8 +60,9 @@ def surface(ring: Floats, turn: Floats) -> Floats:
     full = np.sqrt(np.clip(1 - s * s, 0, 1))
     depth = np.array([-12.0, -10.5, -6.0, -1.5, 2.0, 1.0, 0.2, 0.0, 0.0])
     for k in range(RINGS):
-        gain = np.where(upper, 1.0, 1.1 if k in (4, 5) else 1.0)
-        table[k, :, 2] += depth[k] * (gain * (0.25 + 0.75 * full) if k in (4, 5, 6) else (0.9 + 0.1 * full))
+        # the red flattens towards the corners, the lower lip is a little fuller
+        red = np.where(upper | (k == 6), 1.0, 1.1) * (0.25 + 0.75 * full)
+        table[k, :, 2] += depth[k] * (red if k in (4, 5, 6) else 0.9 + 0.1 * full)
     spline = Akima1DInterpolator(np.arange(RINGS), table, axis=0, method="makima")
     out = np.empty((len(turn), 3))
     for value in np.unique(ring):

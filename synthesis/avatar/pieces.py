@@ -136,7 +136,11 @@ def cavity() -> Piece:
         z = 84.0 - 62.0 * u
         x = (31.5 - 6.0 * u) * np.sin(angle) * np.sqrt(open_) * (v > 0) * (v < 1)
         y = -71.0 + (15.0 + 4.0 * u) * np.cos(angle) * np.sqrt(open_)
-        return np.stack([x, y, z - 22.0 * np.sin(angle) ** 2 * (1 - u)], -1)
+        return np.stack([x, y, z - 16.0 * np.sin(angle) ** 2 * (1 - u)], -1)
 
-    vertices, triangles = sheet(point, 9, 15)
-    return vertices, triangles[:, ::-1]
+    columns = 15
+    vertices, triangles = sheet(point, 9, columns)
+    last = np.arange(len(vertices) - columns, len(vertices))
+    end = np.array([[0.0, -71.0, vertices[last, 2].mean() - 1.0]])
+    fan = np.stack([np.full(columns - 1, len(vertices)), last[1:], last[:-1]], -1)
+    return np.concatenate([vertices, end]), np.concatenate([triangles[:, ::-1], fan])

@@ -153,6 +153,8 @@ def _near_mouth(head: Head) -> Floats:
 def _soft(head: Head) -> Floats:
     """Return 1 where skin moves with its muscles (skin and brows), 0 on eyes, teeth, hair, ears and inner lids."""
     soft = np.isin(head.part, [Part.SKIN, Part.BROW]).astype(float)
+    bag = head.part == Part.MOUTH_INSIDE  # its rim goes with the lips, its depth stays
+    soft[bag] = ramp(head.vertices[bag, 2], 45.0, 68.0)
     lid = head.zone == EYE
     soft[lid] *= ramp(head.ring[lid], 2.5, 6.0)
     return soft
@@ -212,12 +214,12 @@ def _roll(head: Head, upper: bool) -> Floats:
 def _sideways(head: Head) -> Floats:
     """Return the mouth drawn to the left."""
     q = head.vertices
-    near = plateau(q, (0.0, -70.0, 90.0), (62.0, 44.0, 75.0), core=0.35) * _soft(head)
+    soft = _soft(head)[:, None]
+    near = plateau(q, (0.0, -70.0, 90.0), (62.0, 44.0, 75.0), core=0.35)[:, None]
+    drawn = near * np.stack([np.full(len(q), 8.5), 0.04 * q[:, 0], -0.10 * q[:, 0]], -1)
     # the leading cheek gathers and is pushed out, the other one is stretched flat
-    gather = falloff(q, (38.0, -66.0, 76.0), (28.0, 30.0, 40.0)) * _soft(head)
-    return near[:, None] * np.stack([np.full(len(q), 8.5), 0.04 * q[:, 0], -0.10 * q[:, 0]], -1) + gather[
-        :, None
-    ] * np.array([1.0, 1.0, 2.5])
+    gathered = falloff(q, (38.0, -66.0, 76.0), (28.0, 30.0, 40.0))[:, None] * np.array([1.0, 1.0, 2.5])
+    return soft * (drawn + gathered)
 
 
 def build_deltas(head: Head, vertices: Floats, morphology: Morphology) -> Floats:

@@ -20,7 +20,8 @@ def add_noise(
     positions
         (n_frames, n_markers, 3) mm.
     """
-    deviation = rng.uniform(*parameters.camera["noise"], size=(positions.shape[1], 1))
+    least, most = parameters.camera["noise"]
+    deviation = rng.uniform(least, most, (positions.shape[1], 1))
     return positions + deviation * rng.standard_normal(positions.shape)
 
 

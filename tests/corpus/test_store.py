@@ -1,6 +1,7 @@
 """One corpus, one person: what is put is what is read, in the past too, and nothing is half done."""
 
 import getpass
+import io
 import pickle
 
 import icechunk
@@ -10,6 +11,7 @@ import pytest
 import xarray as xr
 import zarr
 from mimique import __version__
+from mimique.corpus.recordings import read_take
 from mimique.corpus.store import Corpus
 from mimique.corpus.take import make_take
 from mimique.errors import ConflictError, CorpusError, InputError, NotFoundError
@@ -72,6 +74,27 @@ def test_bare_zarr_reads_the_same_positions(corpus, take):
     assert array.metadata.dimension_names == ("time", "marker", "space")
     assert np.array_equal(array[...], take["position"].values.astype(np.float32), equal_nan=True)
     assert array.attrs["texts"]["marker"] == ["a", "b", "c", "d"]
+
+
+def test_bare_zarr_and_parquet_read_the_same_tier(corpus, take):
+    _put(corpus, "joy", take)
+    with corpus.transaction("Label") as edit:
+        edit.put_tier("joy", "affect", _segments(0, 50, 100, label="NA"), author="cr")
+        edit.put_tier("joy", "affect", _segments(0, 40, label="NA"), author="cr")
+    repository = icechunk.Repository.open(icechunk.local_filesystem_storage(str(corpus.path)))
+    group = zarr.open_group(repository.readonly_session("main").store, mode="r")
+    assert set(group.group_keys()) == {"takes", "rigs", "models", "priors"}
+    stored = group["takes/joy/tiers/cr/affect"][...]
+    pd.testing.assert_frame_equal(pd.read_parquet(io.BytesIO(stored.tobytes())), corpus.tier("joy", "affect"))
+
+
+def test_real_recording_comes_back(corpus, shared_data):
+    take = read_take(shared_data / "facial_markers" / "animface_nose.trc")
+    _put(corpus, "nose", take)
+    found = Corpus.open(corpus.path).take("nose")
+    xr.testing.assert_identical(found.drop_vars("position"), take.drop_vars("position"))
+    expected = take["position"].values.astype(np.float32)
+    assert np.array_equal(found["position"].values, expected, equal_nan=True)
 
 
 def test_takes_lists_what_is_known(corpus, take):

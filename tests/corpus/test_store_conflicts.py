@@ -161,3 +161,43 @@ def test_colliding_part_keeps_the_rest_out_too(people):
     with pytest.raises(ConflictError):
         _commit(people[1], both)
     assert Corpus.open(people[0].path).tiers("anger").empty
+
+
+def test_rewritten_arrays_survive_when_the_branch_moved_on_beneath_them(people):
+    """Both make the group tiers/cr, so the second edit is applied anew on top of the first, deletions and all."""
+    with people[0].transaction("Before") as edit:
+        for solve in ("rewritten", "kept"):
+            edit.put_weights("joy", np.full((100, 4), 0.25), solve=solve, residual=np.ones(100))
+        edit.put_tier("anger", "affect", _segments(30), author="cr")
+    people[1].refresh()
+    with people[1].transaction("Rewrite") as edit:
+        edit.put_weights("joy", np.full((100, 2), 0.75), solve="rewritten")
+        edit.put_tier("joy", "affect", _segments(60), author="cr")
+        edit.put_take("anger", edit.take("anger") + 1.0, replace=True)
+        edit.put_take("new", edit.take("anger"))
+        _commit(people[0], _tier("joy", "gaze", "cr", 20))
+    for corpus in (people[1], Corpus.open(people[0].path)):
+        rewritten = corpus.weights("joy", "rewritten")
+        assert (rewritten["weights"].values == 0.75).all()
+        assert rewritten["weights"].shape == (100, 2)
+        assert "residual" not in rewritten
+        assert (corpus.weights("joy", "kept")["weights"].values == 0.25).all()
+        assert corpus.current_solve("joy") == "rewritten"
+        assert corpus.tier("joy", "affect")["onset"].tolist() == [0, 60]
+        assert corpus.tier("joy", "gaze")["onset"].tolist() == [0, 20]
+        assert corpus.tier("anger", "affect")["onset"].tolist() == [0, 30]
+        assert (corpus.take("anger")["position"].values == 1.0).all()
+        assert corpus.takes()["take"].tolist() == ["anger", "joy", "new"]
+
+
+def test_deletions_survive_when_the_branch_moved_on_beneath_them(people):
+    with people[0].transaction("Before") as edit:
+        edit.put_tier("anger", "affect", _segments(30), author="cr")
+        edit.put_tier("anger", "gaze", _segments(30), author="cr")
+    people[1].refresh()
+    with people[1].transaction("Delete") as edit:
+        edit.delete_tier("anger", "gaze", "cr")
+        edit.put_tier("joy", "affect", _segments(60), author="cr")
+        _commit(people[0], _tier("joy", "gaze", "cr", 20))
+    assert people[1].tiers("anger")["tier"].tolist() == ["affect"]
+    assert people[1].tiers("joy")["tier"].tolist() == ["affect", "gaze"]

@@ -84,6 +84,8 @@ def test_unknown_version_names_what_there_is(corpus):
     message = _refusal(NotFoundError, Corpus.open, corpus.path, at="v2.0")
     assert "'v2.0'" in message
     assert "branches: main; tags: v1.0" in message
+    for name in ("ABCDEFGHJKMNPQRSTV00", "", "refs/main", "é"):
+        _refusal(NotFoundError, Corpus.open, corpus.path, at=name)
 
 
 def test_newer_schema_asks_for_an_update(corpus, monkeypatch):

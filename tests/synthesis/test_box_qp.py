@@ -15,8 +15,8 @@ def problem(seed, n, f, ridge):
 
 
 def kkt_gap(H, g, c, lower, upper):
-    """Largest change of a projected gradient step, in the units of each weight."""
-    return np.abs(np.clip(c - (c @ H - g) / np.diag(H), lower, upper) - c).max()
+    """Largest change of a projected gradient step, as a part of the step from zero."""
+    return np.abs(np.clip(c - (c @ H - g) / np.diag(H), lower, upper) - c).max() / max(1, np.abs(g / np.diag(H)).max())
 
 
 @settings(deadline=None, max_examples=25)

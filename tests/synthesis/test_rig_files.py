@@ -223,6 +223,7 @@ def test_npz_that_is_no_rig(tmp_path, changes, words):
         ({"neutral": obj_text(SQUARE, "f 1 2\n"), "jawOpen": obj_text(SQUARE)}, "line 11.*three or more corners"),
         ({"neutral": obj_text(SQUARE, "v 1 x 2\n"), "jawOpen": obj_text(SQUARE)}, "line 11: not an OBJ mesh"),
         ({"neutral": "hello\n", "jawOpen": obj_text(SQUARE)}, "v x y z"),
+        ({"neutral": obj_text(SQUARE), "jawOpen": obj_text(SQUARE), "jawOpen_gz": "v 1 2 3"}, "jawOpen is there both"),
         ({}, "holds none"),
     ],
 )

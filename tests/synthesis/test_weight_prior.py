@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 from mimique.errors import InputError
-from mimique.synthesis import WeightPrior
+from mimique.synthesis import WeightPrior, estimate_noise
 from sklearn.covariance import ledoit_wolf
 
 
@@ -56,3 +56,16 @@ def test_a_prior_that_is_no_distribution_is_refused():
         WeightPrior(np.zeros(2), np.diag([1.0, -1.0]))
     with pytest.raises(InputError, match="expected shape"):
         WeightPrior(np.zeros(2), np.eye(3))
+
+
+def test_noise_is_found_from_the_residuals_of_a_fit(rng):
+    n_frames, n_markers, n_shapes = 400, 40, 53
+    B = rng.normal(size=(3 * n_markers, n_shapes))
+    seen = rng.normal(size=(n_frames, n_shapes)) @ B.T + rng.normal(0, 0.7, (n_frames, 3 * n_markers))
+    rest = seen - seen @ np.linalg.pinv(B).T @ B.T
+    distances = np.linalg.norm(rest.reshape(n_frames, n_markers, 3), axis=2)
+    distances[:5] = np.nan
+    distances[7, 3] = 1e4
+    assert estimate_noise(distances, n_shapes) == pytest.approx(0.7, rel=0.03)
+    with pytest.raises(InputError, match="residuals above zero"):
+        estimate_noise(np.zeros((3, 4)), n_shapes)

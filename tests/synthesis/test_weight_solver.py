@@ -230,7 +230,7 @@ def test_an_empty_take_gives_no_weights():
     [
         (lambda p: p / 1000, "seem to be in metres"),
         (lambda p: p / 10, "seem to be in centimetres"),
-        (lambda p: p * 25, "span 2[45].* of it; align"),
+        (lambda p: p * 25, "span 2[45]"),
         (lambda p: p + np.array([0, 0, 900]), "mm from their vertices in a typical frame"),
         (lambda p: p[:, :-1], r"expected shape \(any, 15, 3\)"),
         (lambda p: np.where(np.isnan(p), 0, np.inf), "infinity"),

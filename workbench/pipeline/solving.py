@@ -18,6 +18,7 @@ from ...errors import InputError, NotFoundError, RigError
 from ...synthesis import MorphMap, Rig, WeightPrior, WeightSolver
 from ...synthesis.alignment import align_points
 from ...synthesis.marker_map import check_marker_map
+from ...synthesis.marker_space import check_size
 from ..progress import Reporter
 from ..scratch import Scratch
 from .stabilising import Session, choose_neutral, group_sessions, prepare_session, read_tracked, stabilise_take
@@ -236,6 +237,7 @@ class _SessionSolver:
         known = np.asarray(np.isfinite(own).all(axis=1))
         names = [self._session.markers[i] for i in self.mapped]
         try:
+            check_size(own[known], self._rest[known])
             fit = align_points(own[known], self._rest[known])
             morph = MorphMap.fit(
                 fit.apply(own[known]),
