@@ -27,6 +27,11 @@ _KINDS = {"ANGLES": "angle", "FORCES": "force", "MOMENTS": "moment", "POWERS": "
 _MODELLED = "MODELED_MARKERS"
 _LAST_FRAME = 0xFFFF  # that the header's words can number
 _MAX_POINTS = 0xFFFF
+_OWN_FACTS = ("MIMIQUE", "ATTRIBUTES")  # "key=value" texts: what is known of a take and has no place in the format
+_FORMAT_FACTS = frozenset({
+    "rate", "first_frame", "encoding", "note", "x_screen", "y_screen", "axes",
+    "source_file", "source_sha256", "source_unit",
+})  # fmt: skip
 _MAX_LABELS = 255  # entries of one parameter; a further 255 go into LABELS2, and so on
 
 
@@ -49,7 +54,8 @@ def read_c3d(data: bytes, *, unit: str | None = None) -> xr.Dataset:
     -------
     xarray.Dataset
         Time begins at 0 s; ``first_frame`` is the file's own number of the first frame, ``x_screen`` and
-        ``y_screen`` its axes notes, ``note`` says where header and parameters disagree.
+        ``y_screen`` its axes notes, ``note`` says where header and parameters disagree. What
+        :func:`write_c3d` noted of the take (signer, protocol, that it is simulated) comes back as text.
 
     Raises
     ------
@@ -75,6 +81,7 @@ def read_c3d(data: bytes, *, unit: str | None = None) -> xr.Dataset:
         note="; ".join(header.notes) or None,
         x_screen=screen["x_screen"] or None,
         y_screen=screen["y_screen"] or None,
+        **_own_facts(header),
     )
 
 
@@ -82,8 +89,9 @@ def write_c3d(path: Path, take: xr.Dataset) -> None:
     """Write a take as a C3D file: Intel floats, mm, missing points with a residual of −1.
 
     Positions are rounded to 4-byte floats (about 1e-4 mm at 1 m). Model outputs are written with their kind and,
-    where all of a kind share one, their unit. Signer, protocol and a start other than 0 s are not written. The file
-    is complete or not there: it is written beside its place, read again and compared, then moved.
+    where all of a kind share one, their unit. Signer, protocol and other plain attributes are noted in a parameter of
+    mimique's own; a start other than 0 s is not written. The file is complete or not there: it is written beside its
+    place, read again and compared, then moved.
 
     Raises
     ------
@@ -136,6 +144,10 @@ def _build_file(take: xr.Dataset, labels: list[str], position: NDArray, missing:
     for key in ("x_screen", "y_screen"):
         if take.attrs.get(key):
             file.add_parameter("POINT", key.upper(), [str(take.attrs[key])])
+    facts = [f"{k}={v}" for k, v in take.attrs.items() if k not in _FORMAT_FACTS and isinstance(v, (str, int, float))]
+    facts = [fact for fact in facts if len(fact.encode()) <= _MAX_LABELS]
+    if facts:
+        file.add_parameter(*_OWN_FACTS, facts)
     first = int(take.attrs.get("first_frame", 1))
     if n_frames >= _LAST_FRAME:
         for name, frame in (("ACTUAL_START_FIELD", 1), ("ACTUAL_END_FIELD", n_frames)):
@@ -167,6 +179,12 @@ def _decode_points(data: bytes, header: C3DHeader) -> NDArray[np.float64]:
         xyz = words[..., :3] * header.scale
     xyz[missing] = np.nan
     return xyz
+
+
+def _own_facts(header: C3DHeader) -> dict[str, str]:
+    """Return the plain attributes that mimique noted when it wrote the file."""
+    facts = dict(text.partition("=")[::2] for text in header.parameters.texts(*_OWN_FACTS))
+    return {key: value for key, value in facts.items() if key.isidentifier() and key not in _FORMAT_FACTS}
 
 
 def _kinds_and_units(header: C3DHeader, labels: list[str], unit: str | None) -> tuple[list[str], list[str]]:

@@ -23,7 +23,8 @@ Array = NDArray[np.floating[Any]]
 
 BLOCK = 4 * SLICE  # Frames at a time, such that their arrays stay in cache.
 # Per round: how many steps, and after how many the preconditioner is made anew from where the frames are then.
-ROUNDS = ((12, 4), (12, 6), (16, 8))
+ROUNDS = ((12, 3), (8, 0), (16, 6))
+FEW = 4  # So few frames go straight to Newton.
 DONE = 1e-9  # Length of a step, that is, about the distance to the minimum.
 # Newton's error squares with every full step: a last step this long leaves about its square.
 LAST_STEP = 1e-5
@@ -46,6 +47,7 @@ class Potential(Protocol):
 ROWS = 256  # Frames at a time, such that their arrays stay in cache.
 GRADIENT_STEPS = 44
 FRESH_STEPS = (0, 4)  # Where the shared matrix is made anew.
+FEW = 4  # So few frames go straight to Newton.
 DONE = 1e-9  # Preconditioned gradient, that is, about the distance to the minimum.
 # Newton's error squares with every full step: a last step this long leaves about its square.
 LAST_STEP = 1e-5
@@ -69,7 +71,7 @@ def minimise(H: Array, g: Array, start: Array, phi: Potential) -> Array:
     """
     c = start.copy()
     left = np.arange(len(g))
-    for steps, renewal in ROUNDS:
+    for steps, renewal in ROUNDS if len(g) > FEW else ():
         going = np.zeros(len(left), dtype=bool)
         for first in range(0, len(left), BLOCK):
             part = left[first : first + BLOCK]
@@ -88,9 +90,10 @@ def _descend(
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Take some steps of preconditioned conjugate gradients; return weights and which frames still move."""
     n_frames, n = g.shape
-    padding = -n_frames % SLICE
-    c: Array = np.concatenate([start, np.repeat(start[-1:], padding, axis=0)]).reshape(-1, SLICE, n)
-    g = np.concatenate([g, np.repeat(g[-1:], padding, axis=0)]).reshape(-1, SLICE, n)
+    rows = min(SLICE, n_frames)
+    padding = -n_frames % rows
+    c: Array = np.concatenate([start, np.repeat(start[-1:], padding, axis=0)]).reshape(-1, rows, n)
+    g = np.concatenate([g, np.repeat(g[-1:], padding, axis=0)]).reshape(-1, rows, n)
     diagonal = np.diag(H)
     slope, curve = phi.derivatives(c)
     gradient = c @ H

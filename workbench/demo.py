@@ -15,7 +15,7 @@ from .pipeline.playing import render_movie
 from .pipeline.reporting import write_report
 from .pipeline.rigging import AVATAR, add_rig
 from .pipeline.segmenting import segment
-from .pipeline.solving import solve
+from .pipeline.solving import SolveOptions, solve
 from .pipeline.training import train
 from .progress import Reporter
 from .simulation_files import RECORDING_LIST, write_simulated_corpus
@@ -24,6 +24,9 @@ MARK = "made-by-mimique-demo"
 """File that tells a folder of an earlier demo, which may be replaced, from anybody's own."""
 
 FILM_SECONDS = 12.0
+
+THESIS_ALPHA = 0.3
+"""The demo follows the thesis to its Figure 4.4, so it solves as the thesis does (Reverdy 2019, 6.3)."""
 
 
 def run_demo(out: Path, *, seconds: float = 120.0, seed: int = 0, reporter: Reporter | None = None) -> str:
@@ -57,7 +60,7 @@ def run_demo(out: Path, *, seconds: float = 120.0, seed: int = 0, reporter: Repo
     corpus = Corpus.create(out / "corpus", name="demo (simulated)")
     add_rig(corpus, "avatar", AVATAR)
     ingest(corpus, read_recording_list(out / "simulated" / RECORDING_LIST), reporter=reporter)
-    solve(corpus, reporter=reporter)
+    solve(corpus, SolveOptions(method="lsts", alpha=THESIS_ALPHA), reporter=reporter)
     segment(corpus, reporter=reporter)
     train(corpus, reporter=reporter)
     label(corpus, reporter=reporter)
@@ -67,9 +70,10 @@ def run_demo(out: Path, *, seconds: float = 120.0, seed: int = 0, reporter: Repo
         finished("")
     write_report(corpus, out / "report.html", evaluation=result, reporter=reporter)
 
-    take = next(n for n in corpus.takes()["take"] if "_EU_" in n)
+    takes = corpus.takes()
+    take = str(takes.loc[takes[takes["protocol"] == "EU"]["seconds"].idxmax(), "take"])
     made = {
-        "corpus": f"{out / 'corpus'}   ({len(corpus.takes())} takes, {corpus.takes()['seconds'].sum():.0f} s, tag 'demo')",
+        "corpus": f"{out / 'corpus'}   ({len(takes)} takes, {takes['seconds'].sum():.0f} s, tag 'demo')",
         "report": f"{out / 'report.html'}",
     }
     try:

@@ -4,14 +4,20 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TextIO
+from typing import Protocol, TextIO
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
-Step = Callable[[str], None]
+
+class Step(Protocol):
+    """What a stage is told with: the name of what was finished, and how much of the total that was."""
+
+    def __call__(self, name: str, amount: float = 1) -> object:
+        """Advance the stage."""
+        ...
 
 
 class Reporter:
@@ -27,9 +33,9 @@ class Reporter:
     """
 
     @contextmanager
-    def stage(self, title: str, total: int) -> Iterator[Step]:
-        """Enter a stage of ``total`` steps."""
-        yield lambda name: None
+    def stage(self, title: str, total: int, unit: str = "") -> Iterator[Step]:
+        """Enter a stage of ``total`` steps, or of so much of a unit."""
+        yield lambda name, amount=1: None
 
     def say(self, text: str) -> None:
         """Tell one line about what was done or noticed."""
@@ -48,20 +54,20 @@ class ConsoleReporter(Reporter):
         self._console = Console(file=stream or sys.stderr, highlight=False, soft_wrap=True)
 
     @contextmanager
-    def stage(self, title: str, total: int) -> Iterator[Step]:
+    def stage(self, title: str, total: int, unit: str = "") -> Iterator[Step]:
         """Show a bar while the stage lasts and its duration once it is over."""
         start = time.perf_counter()
         columns = (
             TextColumn("{task.description}"),
             BarColumn(bar_width=30),
-            MofNCompleteColumn(),
+            TaskProgressColumn(),
             TimeRemainingColumn(),
             TextColumn("{task.fields[name]}", style="dim"),
         )
-        with Progress(*columns, console=self._console, transient=True) as bars:
+        with Progress(*columns, console=self._console, transient=True, disable=not self._console.is_terminal) as bars:
             task = bars.add_task(title, total=total, name="")
-            yield lambda name: bars.update(task, advance=1, name=name)
-        self.say(f"{title}: {total} in {time.perf_counter() - start:.1f} s")
+            yield lambda name, amount=1: bars.update(task, advance=amount, name=name)
+        self.say(f"{title}: {total}{f' {unit}' if unit else ''} in {time.perf_counter() - start:.1f} s")
 
     def say(self, text: str) -> None:
         """Print one line."""

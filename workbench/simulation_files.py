@@ -1,9 +1,9 @@
-"""Write a simulated corpus as files that look like a real one's: C3D recordings, ELAN tiers, a manifest.
+"""Write a simulated corpus as files that look like a real one's: C3D recordings, ELAN tiers, a list of both.
 
 ::
 
     OUT/README.md                     what this is, and that it is simulated
-    OUT/manifest.csv                  one row a take: files, signer, protocol, head markers, neutral frame, instruction
+    OUT/recordings.csv                one row a take: files, signer, protocol, head markers …; to ingest with --list
     OUT/marker_map.csv                marker,vertex on mimique's own avatar, as glued
     OUT/recordings/s1_IE_joy.c3d      46 markers at 200 Hz, mm, in the room
     OUT/recordings/s1_IE_joy.eaf      tiers of two simulated annotators, and what was asked for
@@ -13,10 +13,9 @@
 
 from __future__ import annotations
 
-import logging
 import tempfile
 import zlib
-from collections.abc import Callable, Iterator
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -29,14 +28,14 @@ from ..corpus.tiers import write_tiers
 from ..errors import ConflictError, InputError
 from ..synthesis.avatar import default_markers
 from ..synthesis.simulation import Recording, Truth, load_parameters, simulate_corpus
-
-logger = logging.getLogger(__name__)
+from .progress import Reporter
 
 RECORDINGS, TRUTH = "recordings", "truth"
-MANIFEST, MARKER_MAP, README = "manifest.csv", "marker_map.csv", "README.md"
+RECORDING_LIST, MARKER_MAP, README = "recordings.csv", "marker_map.csv", "README.md"
 TITLE = "# A simulated corpus"
 
-Progress = Callable[[str, float], None]
+FULL_SECONDS = 2357.0
+"""What Reverdy 2019 recorded of two signers (Table B.1)."""
 
 
 def write_simulated_corpus(
@@ -46,7 +45,7 @@ def write_simulated_corpus(
     seconds: float | None = None,
     *,
     seed: int = 0,
-    progress: Progress | None = None,
+    reporter: Reporter | None = None,
 ) -> pd.DataFrame:
     """Simulate a corpus into a folder; only one take is in memory at a time.
 
@@ -56,13 +55,14 @@ def write_simulated_corpus(
         Made if it is not there; must be empty, or hold nothing but an earlier simulated corpus, which is replaced.
     signers, difficulty, seconds, seed
         As for :func:`mimique.synthesis.simulation.simulate_corpus`.
-    progress
-        Called with the name of each take that was written, and the seconds recorded so far.
+    reporter
+        Told of every take that was written.
 
     Returns
     -------
     pandas.DataFrame
-        The manifest; paths are relative to ``folder``.
+        The list of recordings, as :func:`~mimique.workbench.pipeline.ingesting.read_recording_list` reads it and with
+        more columns; paths are relative to ``folder``.
 
     Raises
     ------
@@ -76,24 +76,23 @@ def write_simulated_corpus(
     first = next(recordings)  # before anything is touched: the arguments are good
     try:
         _prepare_folder(folder)
-        rows, recorded = [], 0.0
-        for recording in _chain(first, recordings):
-            rows.append(write_recording(folder, recording))
-            recorded += len(recording.positions) / recording.rate
-            if progress is not None:
-                progress(recording.name, recorded)
-        manifest = pd.DataFrame(rows)
+        rows = []
+        total = round(FULL_SECONDS * signers / 2 if seconds is None else seconds)
+        with (reporter or Reporter()).stage("Simulating", total, unit="s") as finished:
+            for recording in chain([first], recordings):
+                rows.append(write_recording(folder, recording))
+                finished(recording.name, len(recording.positions) / recording.rate)
+        listed = pd.DataFrame(rows)
         _write_text(folder / MARKER_MAP, marker_map().to_csv(index=False, lineterminator="\n"))
-        _write_text(folder / README, _readme(manifest))
-        _write_text(folder / MANIFEST, manifest.to_csv(index=False, lineterminator="\n"))
+        _write_text(folder / README, _readme(listed))
+        _write_text(folder / RECORDING_LIST, listed.to_csv(index=False, lineterminator="\n"))
     except OSError as error:
         raise InputError(f"{folder}: the simulated corpus cannot be written ({error.strerror or error})") from error
-    logger.info("simulated %.1f s in %d takes into %s", recorded, len(manifest), folder)
-    return manifest
+    return listed
 
 
 def write_recording(folder: Path, recording: Recording) -> dict[str, object]:
-    """Write one take's three files, and return its row of the manifest."""
+    """Write one take's three files, and return its row of the listed."""
     name = recording.name
     take = make_take(
         recording.positions,
@@ -106,11 +105,11 @@ def write_recording(folder: Path, recording: Recording) -> dict[str, object]:
     )
     take.attrs.update(recording.attributes)
     paths = {
-        "recording": f"{RECORDINGS}/{name}.c3d",
+        "file": f"{RECORDINGS}/{name}.c3d",
         "tiers": f"{RECORDINGS}/{name}.eaf",
         "truth": f"{TRUTH}/{name}.npz",
     }
-    write_take(folder / paths["recording"], take)
+    write_take(folder / paths["file"], take)
     write_tiers(folder / paths["tiers"], _identify(recording), recording.rate)
     write_truth(folder / paths["truth"], recording.truth)
     face = folder / TRUTH / f"{recording.signer}_face.npz"
@@ -125,7 +124,6 @@ def write_recording(folder: Path, recording: Recording) -> dict[str, object]:
         "rate": recording.rate,
         "n_frames": len(recording.positions),
         "head_markers": ",".join(recording.head_markers),
-        "neutral_frame": recording.neutral_frame,
         "instruction": recording.instruction,
         **recording.attributes,
     }
@@ -185,21 +183,6 @@ def read_truth(path: str | Path) -> tuple[dict[str, np.ndarray], dict[str, pd.Da
     return arrays, tiers
 
 
-def read_manifest(folder: str | Path) -> pd.DataFrame:
-    """Return the manifest of a simulated corpus.
-
-    Raises
-    ------
-    InputError
-        If the folder holds none.
-    """
-    path = Path(folder) / MANIFEST
-    try:
-        return pd.read_csv(path)
-    except (OSError, ValueError) as error:
-        raise InputError(f"{folder}: no simulated corpus here ({MANIFEST} cannot be read: {error})") from error
-
-
 def marker_map() -> pd.DataFrame:
     """Return which vertex of mimique's avatar each marker was meant for: columns marker and vertex."""
     markers = default_markers()
@@ -212,16 +195,11 @@ def _identify(recording: Recording) -> dict[str, pd.DataFrame]:
     return {name: make_tier(tier, rng=rng, name=name) for name, tier in recording.tiers.items()}
 
 
-def _chain(first: Recording, rest: Iterator[Recording]) -> Iterator[Recording]:
-    yield first
-    yield from rest
-
-
 def _prepare_folder(folder: Path) -> None:
     """Make the folders, and remove an earlier simulated corpus; anything else in them is a conflict."""
     if folder.exists() and not folder.is_dir():
         raise ConflictError(f"{folder}: expected a folder, but it is a file; choose another name")
-    known = {RECORDINGS, TRUTH, MANIFEST, MARKER_MAP, README}
+    known = {RECORDINGS, TRUTH, RECORDING_LIST, MARKER_MAP, README}
     present = {p.name for p in folder.iterdir()} if folder.exists() else set()
     suffixes = {RECORDINGS: {".c3d", ".eaf"}, TRUTH: {".npz"}}
     old = [p for name in suffixes for p in sorted((folder / name).glob("*"))]
@@ -233,7 +211,7 @@ def _prepare_folder(folder: Path) -> None:
         )
     for path in old:
         path.unlink()
-    (folder / MANIFEST).unlink(missing_ok=True)
+    (folder / RECORDING_LIST).unlink(missing_ok=True)
     folder.mkdir(parents=True, exist_ok=True)
     # Written first, so that a run that was broken off can be repeated in the same folder.
     _write_text(folder / README, f"{TITLE}\n\nUnfinished: it is being written, or was broken off. Run it again.\n")
@@ -257,10 +235,10 @@ def _write_text(path: Path, text: str) -> None:
     Path(part.name).replace(path)
 
 
-def _readme(manifest: pd.DataFrame) -> str:
+def _readme(listed: pd.DataFrame) -> str:
     """Return what a person who finds the folder should know."""
-    first = manifest.iloc[0]
-    seconds = (manifest["n_frames"] / manifest["rate"]).groupby(manifest["protocol"], sort=False).sum()
+    first = listed.iloc[0]
+    seconds = (listed["n_frames"] / listed["rate"]).groupby(listed["protocol"], sort=False).sum()
     times = ", ".join(f"{protocol} {value:.1f} s" for protocol, value in seconds.items())
     return f"""{TITLE}
 
@@ -269,9 +247,9 @@ Nobody was recorded for these files: mimique simulated them (parameters {first["
 40 face and 6 head markers at {load_parameters().rate} Hz as Reverdy (2019, 4.3.2, 6.1 and annex B) describes it.
 Say "simulated" beside anything that is computed from them.
 
-- {len(manifest)} takes of {manifest["signer"].nunique()} signers, {seconds.sum():.1f} s: {times}.
+- {len(listed)} takes of {listed["signer"].nunique()} signers, {seconds.sum():.1f} s: {times}.
 - `{RECORDINGS}/`: markers (C3D, mm, z up) and annotations (ELAN). Tiers `affect@A1` and `affect@A2` are those of
   two simulated annotators, `instruction` is what was asked for.
-- `{MANIFEST}`: one row a take. `{MARKER_MAP}`: where the markers were meant to sit on mimique's avatar.
+- `{RECORDING_LIST}`: one row a take. `{MARKER_MAP}`: where the markers were meant to sit on mimique's avatar.
 - `{TRUTH}/`: true weights, segments, head motion and markers without noise. Only evaluations read it.
 """

@@ -306,3 +306,13 @@ def test_a_trial_stored_twice_is_one_take(shared_data):
     )
     np.testing.assert_array_equal(np.isnan(integer), np.isnan(real))
     np.testing.assert_allclose(integer, real, atol=0.1)
+
+
+def test_what_is_known_of_a_take_comes_back(tmp_path):
+    take = make_take(np.arange(12.0).reshape(2, 2, 3), ["A", "B"], 200, signer="ab", protocol="IE", simulated="yes")
+    write_take(tmp_path / "known.c3d", take)
+    again = read_take(tmp_path / "known.c3d")
+    assert {key: again.attrs[key] for key in ("signer", "protocol", "simulated")} == {
+        "signer": "ab", "protocol": "IE", "simulated": "yes",
+    }  # fmt: skip
+    assert again.attrs["source_file"] == "known.c3d"

@@ -71,7 +71,7 @@ def session(tmp_path_factory):
             "--head-markers",
             HEAD_LIST,
         ],
-        ["solve", corpus, "--method", "bounded"],
+        ["solve", corpus, "--method", "lsts"],
         ["solve", corpus],
         ["segment", corpus],
         ["train", corpus, "--classifier", "1-nn", "--protocols", "IE"],
@@ -86,7 +86,7 @@ def test_solved_weights_follow_the_true_ones(session):
     _, path, truth = session
     corpus = Corpus.open(path)
     for take, weights in truth.items():
-        solved = corpus.weights(take, "dome-bounded")["weights"]
+        solved = corpus.weights(take)["weights"]
         assert list(solved["shape"].values) == list(SHAPES)
         assert np.sqrt(np.mean((solved.values - weights) ** 2)) < 0.06
 
@@ -137,7 +137,7 @@ def test_evaluate_report_show_log_and_export(session, tmp_path, capsys):
     )
     capsys.readouterr()
     assert run(["show", str(path), "s_EU_01", "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["current solve"] == "dome-lsts"
+    assert json.loads(capsys.readouterr().out)["current solve"] == "dome-map"
     assert run(["log", str(path), "--json"]) == 0
     log = json.loads(capsys.readouterr().out)
     assert [row["command"] for row in log] == [
@@ -373,5 +373,5 @@ def test_interrupted_solve_leaves_the_corpus_and_goes_on(corpus, tmp_path):
     time.sleep(0.01)
     assert run(["solve", str(corpus)]) == 0
     assert not (corpus.parent / "corpus.scratch").exists()
-    assert (Corpus.open(corpus).takes()["solve"] == "dome-lsts").all()
+    assert (Corpus.open(corpus).takes()["solve"] == "dome-map").all()
     assert stamps

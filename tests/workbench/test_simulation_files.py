@@ -8,8 +8,8 @@ from mimique.corpus.tiers import read_tiers
 from mimique.corpus.vocabulary import parse_label
 from mimique.errors import ConflictError, InputError
 from mimique.synthesis.simulation import simulate_corpus
+from mimique.workbench.pipeline.ingesting import read_recording_list
 from mimique.workbench.simulation_files import (
-    read_manifest,
     read_truth,
     write_recording,
     write_simulated_corpus,
@@ -19,9 +19,7 @@ from mimique.workbench.simulation_files import (
 @pytest.fixture(scope="module")
 def written(tmp_path_factory):
     folder = tmp_path_factory.mktemp("simulated") / "corpus"
-    seen = []
-    manifest = write_simulated_corpus(folder, 1, "easy", 30.0, seed=3, progress=lambda *a: seen.append(a))
-    return folder, manifest, seen
+    return folder, write_simulated_corpus(folder, 1, "easy", 30.0, seed=3)
 
 
 @pytest.fixture(scope="module")
@@ -29,12 +27,13 @@ def recordings():
     return {r.name: r for r in simulate_corpus(1, "easy", 30.0, seed=3)}
 
 
-def test_manifest_lists_every_file(written, recordings):
-    folder, manifest, seen = written
-    pd.testing.assert_frame_equal(read_manifest(folder).astype(str), manifest.astype(str))
-    assert list(manifest["take"]) == list(recordings) == [name for name, _ in seen]
-    assert seen[-1][1] == pytest.approx((manifest["n_frames"] / manifest["rate"]).sum())
-    for column in ("recording", "tiers", "truth"):
+def test_the_list_names_every_file(written, recordings):
+    folder, manifest = written
+    listed = read_recording_list(folder / "recordings.csv")
+    assert [r.take for r in listed if r.path.suffix == ".c3d"] == list(manifest["take"]) == list(recordings)
+    assert all(r.path.is_file() for r in listed)
+    assert all(len(r.head_markers) == 6 for r in listed if r.path.suffix == ".c3d")
+    for column in ("file", "tiers", "truth"):
         assert all((folder / path).is_file() for path in manifest[column])
     assert set(manifest["simulated"]) == {"yes"}
     assert "simulated" in (folder / "README.md").read_text(encoding="utf-8")
@@ -44,10 +43,10 @@ def test_manifest_lists_every_file(written, recordings):
 
 
 def test_c3d_and_eaf_read_back_as_they_were_simulated(written, recordings):
-    folder, manifest, _ = written
+    folder, manifest = written
     for row in manifest.itertuples():
         recording = recordings[row.take]
-        take = read_take(folder / row.recording)
+        take = read_take(folder / row.file)
         assert list(take["marker"].values) == list(recording.marker_names)
         assert take.attrs["rate"] == 200.0
         np.testing.assert_array_equal(take["position"].values, recording.positions.astype(np.float32))
@@ -71,7 +70,7 @@ def test_transition_names_are_the_vocabulary_s(recordings):
 
 
 def test_truth_lies_apart_and_is_true(written, recordings):
-    folder, manifest, _ = written
+    folder, manifest = written
     assert {p.suffix for p in (folder / "recordings").iterdir()} == {".c3d", ".eaf"}
     row = manifest.iloc[0]
     arrays, tiers = read_truth(folder / row["truth"])
@@ -87,16 +86,16 @@ def test_truth_lies_apart_and_is_true(written, recordings):
             face["vertices"][face["marker_vertices"]], truth.face.neutral[truth.marker_vertices], atol=1e-4
         )
     with pytest.raises(InputError, match="expected a truth file"):
-        read_truth(folder / "manifest.csv")
+        read_truth(folder / "recordings.csv")
 
 
 def test_the_same_seed_gives_the_same_bytes(written, recordings, tmp_path):
-    folder, manifest, _ = written
+    folder, manifest = written
     for name in ("recordings", "truth"):
         (tmp_path / name).mkdir()
     for row in manifest.iloc[[0, -1]].itertuples():
         write_recording(tmp_path, recordings[row.take])
-        for path in (row.recording, row.tiers, row.truth):
+        for path in (row.file, row.tiers, row.truth):
             assert (tmp_path / path).read_bytes() == (folder / path).read_bytes(), path
 
 
@@ -113,8 +112,6 @@ def test_wrong_arguments_touch_nothing(tmp_path):
     with pytest.raises(InputError, match="seconds"):
         write_simulated_corpus(tmp_path / "new", 1, "easy", 5.0)
     assert not (tmp_path / "new").exists()
-    with pytest.raises(InputError, match="no simulated corpus here"):
-        read_manifest(tmp_path)
 
 
 def test_an_earlier_simulated_corpus_is_replaced(written, tmp_path):

@@ -15,7 +15,7 @@ from ...corpus import Corpus
 from ...corpus.provenance import describe_step
 from ...corpus.view import CorpusView
 from ...errors import InputError, NotFoundError, RigError
-from ...synthesis import MorphMap, Rig, WeightPrior, WeightSolver
+from ...synthesis import MorphMap, Rig, WeightPrior, WeightSolver, estimate_noise
 from ...synthesis.alignment import align_points
 from ...synthesis.marker_map import check_marker_map
 from ...synthesis.marker_space import check_size
@@ -23,9 +23,12 @@ from ..progress import Reporter
 from ..scratch import Scratch
 from .stabilising import Session, choose_neutral, group_sessions, prepare_session, read_tracked, stabilise_take
 
-DEFAULT_METHOD = "lsts"
+DEFAULT_METHOD = "map"
 PRIOR_PROTOCOL = "ROM"
 """Protocol code of range-of-motion takes, from which a signer's prior is learned where there are any."""
+
+PRIOR_LEAST = 50
+"""Fewest frames that a prior is learned from."""
 
 PRIOR_SAMPLES = 2000
 """Frames that a signer's prior is learned from, spread evenly over the takes."""
@@ -151,6 +154,7 @@ def solve(
     scratch = Scratch(corpus.path)
     solve_name = options.solve_name(rig_name)
     rows: list[dict[str, Any]] = []
+    unchanged: list[str] = []
     pending: list[tuple[str, dict[str, Any], dict[str, Any]]] = []
     groups = [group for group in group_sessions(corpus, options.head_markers) if wanted & set(group)]
     with reporter.stage("Solving", len(wanted)) as finished:
@@ -162,6 +166,7 @@ def solve(
                 provenance = provenances[name]
                 if corpus.is_done(provenance, name, "weights", solve_name):
                     rows.append(_row(name, "unchanged", corpus.weights(name, solve_name)))
+                    unchanged.append(name)
                     finished(name)
                     continue
                 if scratch.get(provenance["fingerprint"]) is None:
@@ -173,18 +178,19 @@ def solve(
                 pending.append((name, provenance, {"rig": rig_name, "method": options.method}))
                 finished(name)
 
-    if pending:
-        what = f"{len(pending)} takes" if len(pending) > 1 else pending[0][0]
-        message = f"Solve {what} on {rig_name} with {options.method}"
-        parameters = {"rig": rig_name, "solve": solve_name, **options.parameters()}
-        with corpus.transaction(message, command="solve", parameters=parameters, author=author) as edit:
-            with reporter.stage("Writing", len(pending)) as finished:
-                for name, provenance, attributes in pending:
-                    arrays = scratch.get(provenance["fingerprint"])
-                    assert arrays is not None
-                    weights = _put_results(edit, name, arrays, rig, rig_name, solve_name, provenance, attributes)
-                    rows.append(_row(name, "solved", weights))
-                    finished(name)
+    what = f"{len(pending)} takes" if len(pending) != 1 else pending[0][0]
+    message = f"Solve {what} on {rig_name} with {options.method}" if pending else f"Make {solve_name} the current solve"
+    parameters = {"rig": rig_name, "solve": solve_name, **options.parameters()}
+    with corpus.transaction(message, command="solve", parameters=parameters, author=author) as edit:
+        with reporter.stage("Writing", len(pending)) as finished:
+            for name, provenance, attributes in pending:
+                arrays = scratch.get(provenance["fingerprint"])
+                assert arrays is not None
+                weights = _put_results(edit, name, arrays, rig, rig_name, solve_name, provenance, attributes)
+                rows.append(_row(name, "solved", weights))
+                finished(name)
+        for name in unchanged:
+            edit.set_current_solve(name, solve_name)
     scratch.clear()
     columns = ["take", "outcome", "frames", "unsolved", "residual"]
     return pd.DataFrame(rows, columns=columns).sort_values("take", ignore_index=True)
@@ -201,9 +207,17 @@ class _SessionSolver:
         self.mapped = [session.markers.index(str(name)) for name in table["marker"]]
         self._rest = rig.neutral[self.vertices]
         self._rig = rig
-        prior = self._learn_prior() if options.method == "map" else None
+        self.learned_from: list[str] = []
+        prior, noise = self._learn_prior() if options.method == "map" else (None, None)
+        without_prior = options.method == "map" and prior is None
         self._solver = WeightSolver(
-            rig, self.vertices, method=options.method, alpha=options.alpha, form=options.form, prior=prior
+            rig,
+            self.vertices,
+            method="bounded" if without_prior else options.method,
+            alpha=options.alpha,
+            form=options.form,
+            prior=prior,
+            noise=noise,
         )
 
     def solve_take(self, name: str) -> dict[str, NDArray]:
@@ -229,6 +243,7 @@ class _SessionSolver:
             "mapped": np.asarray([tracked.markers[i] for i in self.mapped]),
             "weights": weights,
             "residual": _root_mean_square(np.asarray(residuals)),
+            "prior": np.asarray(", ".join(self.learned_from) or "none"),
         }
 
     def _adapt(self, calm: NDArray, neutral: NDArray, name: str) -> NDArray:
@@ -251,23 +266,35 @@ class _SessionSolver:
         adapted[:, ~known] = np.nan  # without a neutral position nothing says how far such a marker has moved
         return adapted
 
-    def _learn_prior(self) -> WeightPrior:
-        """Learn the signer's own prior from a first solve without one: range-of-motion takes, else all takes."""
+    def _learn_prior(self) -> tuple[WeightPrior | None, float | None]:
+        """Learn the signer's own prior, and the markers' noise in mm, from a first solve without a prior.
+
+        It comes from the signer's range-of-motion takes, else from all of the signer's takes with these markers; where
+        these show too little motion to learn from there is none.
+        """
         takes = self._corpus.takes().set_index("take")
         own = [n for n in self._session.takes if takes.loc[n, "protocol"] == PRIOR_PROTOCOL] or list(
             self._session.takes
         )
         first = WeightSolver(self._rig, self.vertices, method="bounded")
         per_take = max(PRIOR_SAMPLES // len(own), 20)
-        samples = []
+        weights, residuals = [], []
         for name in own:
             tracked = read_tracked(self._corpus, name, self._options.head_markers)
             calm = stabilise_take(tracked, self._session.reference, name)
             neutral, _ = choose_neutral(tracked, calm, self._session, name)
             chosen = np.unique(np.linspace(0, len(calm.positions) - 1, per_take).round().astype(int))
-            weights = first.solve(self._adapt(calm.positions[chosen], neutral, name))
-            samples.append(weights[np.isfinite(weights).all(axis=1)])
-        return WeightPrior.fit(np.concatenate(samples))
+            adapted = self._adapt(calm.positions[chosen], neutral, name)
+            found = first.solve(adapted)
+            solved = np.isfinite(found).all(axis=1)
+            weights.append(found[solved])
+            residuals.append(first.residuals(adapted[solved], found[solved]))
+        every, left = np.concatenate(weights), np.concatenate(residuals)
+        moves = len(every) >= PRIOR_LEAST and np.ptp(every, axis=0).any()
+        if not moves or not np.nanmedian(left) > 0:
+            return None, None
+        self.learned_from = own
+        return WeightPrior.fit(every), estimate_noise(left, self._rig.n_shapes)
 
 
 def _describe_group(
@@ -328,7 +355,7 @@ def _put_results(
     weights = xr.Dataset(
         {"weights": (("time", "shape"), arrays["weights"]), "residual": (("time",), arrays["residual"])},
         {"shape": list(rig.shapes)},
-        {**attributes, "neutral": source},
+        {**attributes, "neutral": source, "prior": str(arrays["prior"])},
     )
     edit.put_processed(name, "stabilised", stabilised, provenance=provenance)
     edit.put_processed(name, f"adapted-{solve_name}", adapted, provenance=provenance)

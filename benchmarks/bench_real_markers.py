@@ -1,6 +1,6 @@
 """Error on real markers that are left out of the solve, beside no motion at all and SciPy's NNLS.
 
-Run ``python benchmarks/real_markers.py --data DIR``; DIR holds ``facial_markers`` (AnimFace, one actor, 41 markers)
+Run ``python benchmarks/bench_real_markers.py --data DIR``; DIR holds ``facial_markers`` (AnimFace, one actor, 41 markers)
 and ``ict_facekit``. Every marker is left out once, in folds; errors are means over the moving frames, mm in the rig's
 space. The last columns say which share of the solved vertex motion is made by brow and eye shapes.
 """
@@ -29,6 +29,7 @@ ROOT = Path(__file__).resolve().parents[1]
 TAKES = ("eyebrows", "nose", "cheeks")
 HEAD = ["ForeHead_M", "ForeHead_L", "ForeHead_R", "NoseTop"]
 FOLDS = 8
+METHODS = ("least-squares", "nnls", "lsts", "bounded", "map")
 
 
 def read(path: Path) -> tuple[np.ndarray, list[str]]:
@@ -76,15 +77,30 @@ def brow_share(weights: np.ndarray, rig: Rig) -> float:
     )
 
 
-def held_out(rig: Rig, positions: np.ndarray, vertices: np.ndarray, step: int = 4, **options: object) -> np.ndarray:
-    """Distance (F, P) of each marker from where a solve without it puts its vertex."""
-    error = np.full(positions[::step].shape[:2], np.nan)
+def make_solver(rig: Rig, vertices: np.ndarray, every: np.ndarray, method: str) -> WeightSolver:
+    """Solver of a method; the prior and the noise of ``map`` are learned from a first solve of these very markers."""
+    if method != "map":
+        return WeightSolver(rig, vertices, method=method)
+    first = WeightSolver(rig, vertices, method="bounded")
+    weights = first.solve(every)
+    noise = estimate_noise(first.residuals(every, weights), rig.n_shapes)
+    return WeightSolver(rig, vertices, method="map", prior=WeightPrior.fit(weights), noise=noise)
+
+
+def held_out(
+    rig: Rig, takes: dict[str, np.ndarray], vertices: np.ndarray, method: str, step: int = 4
+) -> dict[str, np.ndarray]:
+    """Distance (F, P) of each marker from where a solve without it, and a prior without it, puts its vertex."""
+    errors = {part: np.full(positions[::step].shape[:2], np.nan) for part, positions in takes.items()}
+    every = np.concatenate(list(takes.values()))
     for fold in range(FOLDS):
         out = np.arange(len(vertices)) % FOLDS == fold
-        solver = WeightSolver(rig, vertices[~out], **options)  # type: ignore[arg-type]
-        weights = solver.solve(positions[::step][:, ~out])
-        error[:, out] = np.linalg.norm(rig.pose(weights, vertices[out]) - positions[::step][:, out], axis=2)
-    return error
+        solver = make_solver(rig, vertices[~out], every[:, ~out], method)
+        for part, positions in takes.items():
+            weights = solver.solve(positions[::step][:, ~out])
+            predicted = rig.pose(weights, vertices[out])
+            errors[part][:, out] = np.linalg.norm(predicted - positions[::step][:, out], axis=2)
+    return errors
 
 
 def main() -> None:
@@ -95,39 +111,26 @@ def main() -> None:
     arguments = parser.parse_args()
     rig = read_rig(arguments.data / "ict_facekit" / "rig.npz", unit="cm")
     table = read_marker_map(arguments.map)
-    takes = {}
+    takes: dict[str, np.ndarray] = {}
     for part in TAKES:
         positions, names = read(arguments.data / "facial_markers" / f"animface_{part}.npz")
-        takes[part] = adapt(positions, names, rig, table, arguments.kernel)
-    vertices = takes[TAKES[0]][1]
-    every = np.concatenate([p for p, _, _ in takes.values()])
-    bounded = WeightSolver(rig, vertices, method="bounded")
-    first = bounded.solve(every)
-    prior, noise = WeightPrior.fit(first), estimate_noise(bounded.residuals(every, first), rig.n_shapes)
-    methods: dict[str, dict] = {
-        "least-squares": {"method": "least-squares"},
-        "nnls": {"method": "nnls"},
-        "lsts 0.3": {"method": "lsts", "alpha": 0.3},
-        "bounded": {"method": "bounded"},
-        "map": {"method": "map", "prior": prior},
-        f"map {noise:.2f} mm": {"method": "map", "prior": prior, "noise": noise},
-    }
+        takes[part], vertices, _ = adapt(positions, names, rig, table, arguments.kernel)
+    every = np.concatenate(list(takes.values()))
+    rest = rig.neutral[vertices]
+    busy = {part: moving(positions, rest)[::4] for part, positions in takes.items()}
+    zero = {part: np.linalg.norm(p - rest, axis=2)[::4][busy[part]].mean() for part, p in takes.items()}
     print(f"{'':16}{'left-out marker, mm (share of no motion)':^66}{'brow share':^30}")
     print(f"{'':16}" + "".join(f"{t:>22}" for t in TAKES) + "".join(f"{t:>10}" for t in TAKES))
-    rest = rig.neutral[vertices]
-    zero = {}
-    for part, (positions, _, _) in takes.items():
-        busy = moving(positions, rest)[::4]
-        zero[part] = np.linalg.norm(positions - rest, axis=2)[::4][busy].mean()
     print(f"{'no motion':16}" + "".join(f"{zero[t]:>12.2f}  (1.00)  " for t in TAKES))
-    for name, options in methods.items():
-        errors, shares = "", ""
-        for part, (positions, _, _) in takes.items():
-            busy = moving(positions, rest)[::4]
-            error = held_out(rig, positions, vertices, **options)[busy].mean()
-            errors += f"{error:>12.2f}  ({error / zero[part]:.2f})  "
-            shares += f"{brow_share(WeightSolver(rig, vertices, **options).solve(positions), rig):>10.2f}"
-        print(f"{name:16}{errors}{shares}", flush=True)
+    for method in METHODS:
+        found = held_out(rig, takes, vertices, method)
+        whole = make_solver(rig, vertices, every, method)
+        line = ""
+        for part in TAKES:
+            error = found[part][busy[part]].mean()
+            line += f"{error:>12.2f}  ({error / zero[part]:.2f})  "
+        line += "".join(f"{brow_share(whole.solve(takes[part]), rig):>10.2f}" for part in TAKES)
+        print(f"{method:16}{line}", flush=True)
 
 
 if __name__ == "__main__":
