@@ -182,13 +182,11 @@ def solve(
     message = f"Solve {what} on {rig_name} with {options.method}" if pending else f"Make {solve_name} the current solve"
     parameters = {"rig": rig_name, "solve": solve_name, **options.parameters()}
     with corpus.transaction(message, command="solve", parameters=parameters, author=author) as edit:
-        with reporter.stage("Writing", len(pending)) as finished:
-            for name, provenance, attributes in pending:
-                arrays = scratch.get(provenance["fingerprint"])
-                assert arrays is not None
-                weights = _put_results(edit, name, arrays, rig, rig_name, solve_name, provenance, attributes)
-                rows.append(_row(name, "solved", weights))
-                finished(name)
+        for name, provenance, attributes in pending:
+            arrays = scratch.get(provenance["fingerprint"])
+            assert arrays is not None
+            weights = _put_results(edit, name, arrays, rig, rig_name, solve_name, provenance, attributes)
+            rows.append(_row(name, "solved", weights))
         for name in unchanged:
             edit.set_current_solve(name, solve_name)
     scratch.clear()
