@@ -70,7 +70,7 @@ def read_c3d(data: bytes, *, unit: str | None = None) -> xr.Dataset:
         raise FileFormatError(f"markers without a name: {header.n_points} points, but POINT:LABELS names {len(labels)}")
     kinds, units = _kinds_and_units(header, labels, unit)
     screen = {key: (header.parameters.texts("POINT", key.upper()) or [""])[0] for key in ("x_screen", "y_screen")}
-    return make_take(
+    take = make_take(
         _decode_points(data, header),
         labels,
         header.rate,
@@ -81,8 +81,8 @@ def read_c3d(data: bytes, *, unit: str | None = None) -> xr.Dataset:
         note="; ".join(header.notes) or None,
         x_screen=screen["x_screen"] or None,
         y_screen=screen["y_screen"] or None,
-        **_own_facts(header),
     )
+    return take.assign_attrs({**_own_facts(header), **take.attrs})
 
 
 def write_c3d(path: Path, take: xr.Dataset) -> None:

@@ -16,26 +16,26 @@ from .shapes import SHAPES
 _PROTOTYPES: dict[str, dict[str, float]] = {
     "neutral": {},
     "anger": {
-        "browDown": 1.0, "eyeWide": 0.25, "eyeSquint": 0.45, "noseSneer": 0.30, "mouthPress": 0.8,
-        "mouthFrown": 0.35, "mouthRollLower": 0.25, "mouthRollUpper": 0.15, "jawForward": 0.2, "mouthShrugLower": 0.3,
+        "browDown": 1.0, "eyeWide": 0.30, "eyeSquint": 0.50, "noseSneer": 0.30, "mouthPress": 0.9,
+        "mouthFrown": 0.35, "mouthRollLower": 0.30, "mouthRollUpper": 0.20, "jawForward": 0.25, "mouthShrugLower": 0.3,
     },
     "disgust": {
-        "noseSneer": 1.0, "mouthUpperUp": 0.65, "browDown": 0.45, "eyeSquint": 0.75, "cheekSquint": 0.7,
-        "mouthFrown": 0.5, "mouthShrugLower": 0.6, "mouthLowerDown": 0.1,
+        "noseSneer": 1.0, "mouthUpperUp": 0.75, "browDown": 0.45, "eyeSquint": 0.75, "cheekSquint": 0.7,
+        "mouthFrown": 0.5, "mouthShrugLower": 0.55,
     },
     "fear": {
-        "browInnerUp": 1.0, "browOuterUp": 0.35, "browDown": 0.35, "eyeWide": 1.0, "mouthStretch": 0.75,
-        "jawOpen": 0.25, "mouthLowerDown": 0.35,
+        "browInnerUp": 1.0, "browOuterUp": 0.15, "browDown": 0.35, "eyeWide": 1.0, "mouthStretch": 0.95,
+        "jawOpen": 0.22, "mouthLowerDown": 0.45,
     },
     "joy": {
-        "mouthSmile": 1.0, "cheekSquint": 0.8, "eyeSquint": 0.45, "mouthUpperUp": 0.25, "mouthLowerDown": 0.15,
-        "jawOpen": 0.15, "browOuterUp": 0.12,
+        "mouthSmile": 1.0, "cheekSquint": 0.9, "eyeSquint": 0.45, "mouthUpperUp": 0.32, "mouthLowerDown": 0.20,
+        "jawOpen": 0.08, "browOuterUp": 0.12,
     },
     "sadness": {
         "browInnerUp": 0.95, "browDown": 0.3, "mouthFrown": 0.85, "mouthShrugLower": 0.5, "eyeLookDown": 0.35,
         "eyeBlink": 0.15, "eyeSquint": 0.2, "mouthRollLower": 0.1,
     },
-    "surprise": {"browInnerUp": 0.85, "browOuterUp": 0.95, "eyeWide": 0.85, "jawOpen": 0.65, "mouthFunnel": 0.25},
+    "surprise": {"browInnerUp": 0.95, "browOuterUp": 1.0, "eyeWide": 0.85, "jawOpen": 0.70, "mouthFunnel": 0.3},
 }  # fmt: skip
 
 AFFECTS: tuple[str, ...] = tuple(sorted(_PROTOTYPES))

@@ -18,7 +18,7 @@ SKIN = (0.87, 0.68, 0.57)
 BLUSH = (0.86, 0.52, 0.45)
 LIPS = (0.74, 0.40, 0.38)
 IRIS = (0.30, 0.42, 0.44)
-BROWS = (0.29, 0.19, 0.14)
+BROWS = (0.33, 0.22, 0.165)
 HAIR = (0.25, 0.17, 0.13)
 
 
@@ -40,7 +40,7 @@ def vertex_colours(
     on_skin = head.part == Part.SKIN
     blush = 0.30 * falloff(q, (42, -34, 70), (34, 28, 46)) + 0.20 * falloff(q, (0, -42, 106), (26, 22, 26))
     blend(on_skin | (head.part == Part.EAR), blush, BLUSH)
-    blend(on_skin, 0.75 * falloff(q, (5.6, -48.0, 92.5), (4.2, 4.2, 6.0)), (0.30, 0.14, 0.11))
+    blend(on_skin, 0.75 * falloff(q, (5.6, -48.0, 95.0), (4.2, 4.2, 6.4)), (0.30, 0.14, 0.11))
     in_mouth = on_skin & (head.zone == MOUTH)
     red = np.where(in_mouth, 1 - ramp(head.ring, lips.BORDER - 0.55, lips.BORDER + 0.3), 0.0)
     blend(in_mouth, red, lip)
@@ -50,10 +50,10 @@ def vertex_colours(
     blend(lid, 0.30 * (1 - ramp(head.ring, 1.0, 3.2)), (0.72, 0.45, 0.38))
     # the hollow under the brow is painted lighter, or it looks tired in any light from above
     hollow = falloff(q, (21, 10, 78), (17, 12, 22))
-    blend(on_skin, 0.55 * hollow, (0.97, 0.80, 0.70))
+    blend(on_skin, 0.60 * hollow + 0.35 * falloff(q, (4, 8, 88), (12, 13, 20)), (0.97, 0.80, 0.70))
     upper = lid & (head.turn > 0.4) & (head.turn < 12.2)
     line = np.where(upper, ramp(head.ring, 0.9, 1.4) * (1 - ramp(head.ring, 2.0, 2.6)), 0.0)
-    blend(upper, 0.75 * line, (0.16, 0.09, 0.07))
+    blend(upper, 0.75 * line * ramp(head.turn, 0.5, 3.5), (0.16, 0.09, 0.07))
 
     eye = head.part == Part.EYEBALL
     arm = q - EYE_CENTRE

@@ -78,6 +78,9 @@ def move_lids(head: Head, vertices: Floats, centre: Floats, size: float, upper: 
     lid = (EYE_RADIUS + 2.4) * size
     unfold = np.clip(-step / np.radians(20.0), 0.0, 1.0) * ramp(ring, 2.5, 3.5) * on_upper
     turned = radius + 0.6 * unfold * np.minimum(lid - radius, 0.0)
+    # a lid that comes down beside the nose is stretched over the hollow there
+    hollow = np.clip(1 - ((ring - 3.0) / 1.6) ** 2, 0.0, 1.0) * np.clip(1 - ((turn - 1.6) / 3.2) ** 2, 0.0, 1.0)
+    turned = turned + 2.2 * max(-upper, 0.0) * hollow * on_upper
     # the whole lid rises alike, so that its layers keep their order
     nearest, clear = (EYE_RADIUS + lids.MARGIN_HEIGHT) * size, (EYE_RADIUS + 0.45) * size
     swing = max(abs(upper), abs(lower)) * opening

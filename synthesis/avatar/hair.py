@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
 
 from .grids import Piece, grid_triangles
 from .muscles import ramp
@@ -14,32 +15,35 @@ Floats = NDArray[np.float64]
 
 # azimuth from the front (degrees) and height (mm) of the hairline: forehead, temple, sideburn, over the ear, nape
 _HAIRLINE = np.array(
-    [[0, 67.5], [10, 70.5], [22, 72], [34, 66], [44, 54], [52, 40], [60, 30], [68, 16], [75, -4], [81, -7],
-     [86, 4], [92, 22], [104, 27], [116, 18], [126, -8], [136, -34], [150, -52], [165, -60], [180, -62.0]]
+    [[0, 65.5], [11, 68.5], [23, 70], [34, 65], [44, 54], [52, 42], [58, 31], [64, 22], [70, 13], [75, 1], [79, -8],
+     [83, -8], [87, 4], [92, 12], [102, 13], [112, 4], [122, -16], [134, -36], [150, -50], [165, -56], [180, -57.0]]
 )  # fmt: skip
+# distance from the hairline (mm) of the rows that round the edge off; the first is under the skin
+_EDGE = np.array([0.0, 1.6, 3.6, 7.0, 12.0])
 
 
-def hair(rows: int = 18, columns: int = 32) -> Piece:
-    """Return the left half of the hair: the skull's surface raised, its edge tucked under the skin."""
-    azimuth = np.radians(np.interp(np.linspace(0, 1, columns), [0, 0.55, 0.75, 1], [0, 80, 125, 180]))
-    v = np.linspace(0.0, 0.95, 120)
+def hair(rows: int = 24, columns: int = 40) -> Piece:
+    """Return the left half of the hair: the skull's surface raised, thin at its edge, which is tucked in."""
+    azimuth = np.radians(np.interp(np.linspace(0, 1, columns), [0, 0.50, 0.76, 1], [0, 74, 126, 180]))
+    degrees = np.degrees(azimuth)
+    v = np.linspace(0.0, 0.95, 160)
     grid = lift(np.repeat(azimuth, len(v)), np.tile(v, columns)).reshape(columns, len(v), 3)
-    line = np.interp(np.degrees(azimuth), _HAIRLINE[:, 0], _HAIRLINE[:, 1])
-    s = np.linspace(0.0, 1.0, rows) ** 0.85
-    points = []
+    line = PchipInterpolator(*_HAIRLINE.T)(degrees)
+    points, away = [], []
     for k in range(columns):
-        end = np.interp(-line[k], -grid[k, :, 1], v)
-        points.append(np.stack([np.interp(s * end, v, grid[k, :, i]) for i in range(3)], -1))
-    skull = np.stack(points, axis=1)  # (rows, columns, 3)
-    degrees = np.degrees(azimuth)[None]
-    s = s[:, None]
-    front = np.exp(-((degrees / 48.0) ** 2))
-    thick = 11.0 + 3.0 * front * ramp(s, 0.1, 0.7) - 6.0 * ramp(degrees, 45.0, 75.0) * ramp(s, 0.45, 0.95)
-    thick = thick - 3.0 * ramp(degrees, 110, 160) * ramp(s, 0.5, 1.0)
+        along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(grid[k], axis=0), axis=1))])
+        end = np.interp(-line[k], -grid[k, :, 1], along)
+        edge = end - _EDGE
+        along_rows = np.concatenate([np.linspace(0.0, edge[-1], rows - len(_EDGE) + 1), edge[-2::-1]])
+        points.append(np.stack([np.interp(along_rows, along, grid[k, :, i]) for i in range(3)], -1))
+        away.append(end - along_rows)
+    skull, d = np.stack(points, axis=1), np.stack(away, axis=1)  # (rows, columns, 3), (rows, columns)
+    # cropped close at temple and nape, fuller in front and on top
+    slope = np.interp(degrees, [0, 40, 80, 120, 180], [16.0, 22.0, 40.0, 55.0, 60.0])
+    rim = np.interp(degrees, [0, 50, 75, 180], [1.3, 1.1, 0.8, 0.8])
+    raised = -2.0 + (rim + 2.0) * ramp(d, -1.0, 2.6) + (9.0 - rim) * (1 - np.exp(-d / slope))
     # combed back: faint waves that run from the hairline to the crown
-    thick = thick * (1 + 0.07 * np.sin(np.radians(degrees) * 13) * ramp(s, 0.3, 0.7))
-    edge = np.sqrt(np.clip(1 - ramp(s, 0.50, 1.02) ** 2, 0, 1))
-    raised = thick * edge - 3.2 * ramp(s, 0.92, 1.0)
+    raised = raised + 0.35 * np.sin(azimuth * 13) * ramp(d, 6.0, 30.0) * (1 - ramp(d, 60.0, 120.0))
     normal = head_normal(skull.reshape(-1, 3)).reshape(skull.shape)
     hair_points = skull + raised[..., None] * normal
     hair_points[:, [0, -1], 0] = 0.0
@@ -59,8 +63,8 @@ def ear(rings: int = 15, steps: int = 24) -> Piece:
     outline_back = outline_back * np.where(up < 0, 1 - 0.26 * up**2, 1.0)
     forward = ramp(-back, 0.1, 0.75) * ramp(up, -0.60, 0.10)  # the rim dives into the cheek in front
     lobe = ramp(-up, 0.45, 0.85)
-    rho = np.array([0.0, 0.14, 0.28, 0.40, 0.50, 0.60, 0.70, 0.79, 0.87, 0.94, 1.0, 1.02, 0.95, 0.84, 0.7])[:rings]
-    flat = np.array([-5.5, -5.2, -4.2, -1.0, 1.8, 2.4, 1.2, 0.3, 1.3, 2.6, 2.0, 0.2, -1.8, -5.5, -13.0])[:rings]
+    rho = np.array([0.0, 0.14, 0.28, 0.40, 0.50, 0.60, 0.70, 0.79, 0.87, 0.94, 1.0, 1.02, 0.95, 0.82, 0.6])[:rings]
+    flat = np.array([-5.5, -5.2, -4.2, -1.0, 1.8, 2.4, 1.2, 0.3, 1.3, 2.6, 2.0, 0.2, -1.8, -8.0, -27.0])[:rings]
     grid = np.empty((rings, steps, 3))
     for k in range(rings):
         rise = flat[k] + 0.0 * around

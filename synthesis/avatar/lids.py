@@ -19,7 +19,7 @@ RINGS, TURNS = 7, 24
 HALF_OPENING = np.radians(57.0)  # azimuth of the corners either side of the opening's middle
 MIDDLE = np.radians(4.0)  # azimuth of the opening's middle: a little towards the temple
 TILT = np.radians(3.5)  # the outer corner is higher
-UPPER, LOWER = np.radians(25.0), np.radians(22.5)  # elevation of the margins in mid opening
+UPPER, LOWER = np.radians(23.8), np.radians(22.5)  # elevation of the margins in mid opening
 
 MARGIN_HEIGHT = 0.95  # of the lid's inner edge over the eyeball, mm
 
@@ -67,14 +67,17 @@ def _rings(turn: Floats) -> Floats:
     t = (azimuth - MIDDLE) / HALF_OPENING
     open_ = np.sqrt(np.clip(1 - t * t, 0, 1))  # 0 at the corners
     corner = np.sign(t) * (1 - open_)
+    # at the corners the crease climbs towards nose and temple: a gutter there would be a dark spot
+    climb = (1 - open_) ** 2 * np.where(t < 0, 1.7, 0.9)
     rows = []
     # shifts in elevation and azimuth from the margin (degrees), and height over the eyeball (mm)
-    for lift_up, spread, height in ((7.5, 6.0, 0.75), (-0.5, 0.0, MARGIN_HEIGHT), (2.5, 3.0, 2.1), (9.0, 9.0, 2.3)):
+    levels = ((7.5, 6.0, 0.75), (-0.5, 0.0, MARGIN_HEIGHT), (2.5, 3.0, 2.1), (9.0, 4.0, 2.3 + climb))
+    for lift_up, spread, height in levels:
         shift = away * np.radians(lift_up) * np.where(upper | (lift_up < 7), 1.0, 0.8) * (0.25 + 0.75 * open_)
         towards = direction(azimuth + corner * np.radians(spread), elevation + shift)
-        rows.append(EYE_CENTRE + (EYE_RADIUS + height) * towards)
+        rows.append(EYE_CENTRE + (EYE_RADIUS + np.asarray(height)[..., None]) * towards)
     outline = _outline(turn)
-    for fraction, fold in ((0.34, -0.5), (0.67, 0.9)):
+    for fraction, fold in ((0.34, -0.3), (0.67, 0.7)):
         xy = rows[3][:, :2] * (1 - fraction) + outline[:, :2] * fraction
         point = _on_face(xy[:, 0], xy[:, 1])
         point[:, 2] += fold * open_ * np.where(away > 0, 1.0, 0.3)

@@ -28,7 +28,7 @@ _POINTED = np.array([0.8, 0.8, 0.9, 1.0, 1.0, 0.95, 0.75, 0.6, 0.5])
 def seam(t: Floats, tubercle: float | Floats = 1.0) -> Floats:
     """Return the height of the line of contact at ``t`` = x / corner's x, mm."""
     middle = 0.5 * np.exp(-(((t - 0.42) / 0.22) ** 2)) - 0.8 * np.exp(-((t / 0.20) ** 2))
-    return SEAM_Y + tubercle * middle + 1.9 * t**4
+    return SEAM_Y + tubercle * middle + 2.5 * t**4
 
 
 def surface(ring: Floats, turn: Floats) -> Floats:

@@ -48,6 +48,36 @@ def ramp(values: Floats, start: float, end: float) -> Floats:
     return t * t * (3 - 2 * t)
 
 
+def crease(points: Floats, path: Floats, width: float) -> Floats:
+    """Return how far skin stands up beside a crease, (n,): up to 1 on one side of it, down to −1 on the other.
+
+    Parameters
+    ----------
+    points
+        (n, 3) places on the base face, mm; the crease is seen from the front, so only x and y count.
+    path
+        (k, 2) corners of the crease, mm; skin to the left of it (seen on the page) stands up. The crease fades out
+        towards both ends.
+    width
+        Distance from the crease at which skin moves most, mm.
+    """
+    across = np.full(len(points), np.inf)
+    along, standing = np.zeros(len(points)), np.zeros(len(points))
+    steps = np.diff(path, axis=0)
+    lengths = np.linalg.norm(steps, axis=1)
+    for start, step, length, before in zip(path, steps, lengths, np.cumsum(lengths) - lengths, strict=False):
+        arm = points[:, :2] - start
+        s = np.clip(arm @ step / length**2, 0.0, 1.0)
+        away = np.linalg.norm(arm - s[:, None] * step, axis=1)
+        near = away < across
+        side = np.sign(step[0] * arm[:, 1] - step[1] * arm[:, 0])
+        across, standing = np.where(near, away, across), np.where(near, side, standing)
+        along = np.where(near, (before + s * length) / lengths.sum(), along)
+    d = np.clip(across / (3 * width), 0.0, 1.0)
+    fade = np.sin(np.pi * along) ** 0.8
+    return standing * fade * 4.8 * d * (1 - d * d) ** 4
+
+
 def pull_all(points: Floats, lower: Floats, pulls: tuple[Pull, ...]) -> Floats:
     """Return the sum of pulls at points, (n, 3) mm; ``lower`` (n,) says 0..1 below the mouth."""
     # |x| rounded off at the midline, so that the two sides of a face add up without a crease between them

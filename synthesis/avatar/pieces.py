@@ -72,9 +72,9 @@ def brow() -> Piece:
     def point(u: Floats, v: Floats) -> Floats:
         v = v**1.35  # closer columns where the brow begins
         x = 10.0 + 39.0 * v
-        arch = 20.0 + 5.2 * np.sin(np.pi * np.clip(v * 0.88, 0, 1)) ** 1.2 - 4.8 * v**2
+        arch = 20.6 + 4.4 * np.sin(np.pi * np.clip(v * 0.88, 0, 1)) ** 1.2 - 3.5 * v**2
         begin = np.sqrt(np.clip(1 - (1 - np.clip(v / 0.16, 0, 1)) ** 2, 0, 1))
-        width = 3.3 * begin * (1 - 0.80 * np.clip((v - 0.30) / 0.70, 0, 1) ** 1.25) + 0.15
+        width = 2.9 * begin * (1 - 0.80 * np.clip((v - 0.30) / 0.70, 0, 1) ** 1.25) + 0.15
         across = np.cos(np.pi * u)
         start = np.stack([x - 1.0 * across * (1 - v) * begin, arch + across * width, np.zeros_like(x)], -1)
         skin = cast(start, np.broadcast_to([0.0, 0.0, 1.0], start.shape), reach=140.0)
@@ -93,7 +93,7 @@ def _arch(v: Floats, half_width: float, depth: float, front: float) -> Floats:
 
 def teeth(upper: bool) -> Piece:
     """Return half a row of teeth: one band along the dental arch, faintly scalloped into teeth."""
-    top, tip, front, wide = (-60.0, -71.2, 86.0, 23.0) if upper else (-86.0, -74.4, 84.0, 21.0)
+    top, tip, front, wide = (-60.0, -71.2, 86.0, 25.0) if upper else (-86.0, -74.4, 84.0, 21.0)
 
     def point(u: Floats, v: Floats) -> Floats:
         flat = _arch(v, wide, 34.0, front)
@@ -133,7 +133,7 @@ def cavity() -> Piece:
     def point(u: Floats, v: Floats) -> Floats:
         angle = np.pi * v
         open_ = 1 - 0.94 * u**3
-        z = 84.0 - 62.0 * u
+        z = 83.0 - 61.0 * u
         x = (31.5 - 6.0 * u) * np.sin(angle) * np.sqrt(open_) * (v > 0) * (v < 1)
         y = -71.0 + (15.0 + 4.0 * u) * np.cos(angle) * np.sqrt(open_)
         return np.stack([x, y, z - 16.0 * np.sin(angle) ** 2 * (1 - u)], -1)

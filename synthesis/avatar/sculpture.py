@@ -52,9 +52,10 @@ def carve(a: Distances, b: Distances, blend: float) -> Distances:
 
 def _skull(p: Components) -> Distances:
     head = ellipsoid(p, (0, 38, -10), (71, 76, 91))
-    head = join(head, ellipsoid(p, (0, 34, 30), (61, 54, 57)), 26)  # forehead
+    head = join(head, ellipsoid(p, (0, 30, 27), (62, 53, 58)), 26)  # forehead
+    head = join(head, ellipsoid(p, (0, 6, -38), (58, 52, 52)), 30)  # back of the head
     head = join(head, ellipsoid(p, (0, -26, 22), (63, 79, 65)), 32)  # face
-    head = join(head, tapered_capsule(p, (41, -58, 10), (10, -97, 66), 13, 13), 30)  # jaw line
+    head = join(head, tapered_capsule(p, (43, -56, 8), (11, -98, 66), 12.5, 12.5), 24)  # jaw line
     head = join(head, tapered_capsule(p, (0, -50, -22), (0, -150, -34), 42, 43), 24)  # neck
     head = join(head, tapered_capsule(p, (0, -195, -30), (90, -220, -40), 50, 30), 60)  # shoulders
     return head
@@ -62,21 +63,22 @@ def _skull(p: Components) -> Distances:
 
 def _face(p: Components, head: Distances) -> Distances:
     head = join(head, ellipsoid(p, (38, -31, 54), (21, 20, 21.5)), 28)  # cheek
-    head = join(head, tapered_capsule(p, (8, 18, 74), (47, 20, 56), 10.0, 10.5), 22)  # brow ridge
-    head = carve(head, ellipsoid(p, (33, -3, 93), (21, 12, 15.5)), 18)  # orbit
-    head = carve(head, ellipsoid(p, (17, -3, 87.5), (5.0, 6.5, 13)), 12)  # beside the nose
+    head = join(head, tapered_capsule(p, (9, 18, 73.5), (47, 20, 56), 9.5, 10.5), 22)  # brow ridge
+    head = carve(head, ellipsoid(p, (33, -3, 94.5), (21, 12, 15.5)), 20)  # orbit
+    head = carve(head, ellipsoid(p, (17, -3, 89.5), (5.0, 6.5, 13)), 12)  # beside the nose
     head = join(head, ellipsoid(p, (0, -71, 56), (31, 27, 36.5)), 24)  # muzzle
     head = join(head, ellipsoid(p, (0, -98, 71), (17, 14, 17)), 20)  # chin
-    head = carve(head, tapered_capsule(p, (-12, -86, 105), (12, -86, 105), 8, 8), 14)
+    head = carve(head, tapered_capsule(p, (-12, -87, 104), (12, -87, 104), 8, 8), 14)
     return head
 
 
 def _nose(p: Components, head: Distances) -> Distances:
-    head = join(head, tapered_capsule(p, (0, 9, 76), (0, -33, 95), 6.8, 7.0), 20)  # bridge
-    head = join(head, ellipsoid(p, (0, -38, 97.5), (8.8, 8.4, 9.8)), 9)  # tip
-    head = join(head, ellipsoid(p, (9.0, -43.0, 89.5), (5.6, 6.4, 8.8)), 7)  # ala
-    head = join(head, tapered_capsule(p, (0, -44, 97), (0, -49, 86), 3.4, 4.2), 7)  # columella
-    head = carve(head, ellipsoid(p, (5.6, -49.0, 93.5), (2.6, 3.8, 4.8)), 4)  # nostril
+    head = join(head, tapered_capsule(p, (0, 4, 73), (0, -33, 98), 6.6, 7.0), 18)  # bridge
+    head = carve(head, ellipsoid(p, (0, 2, 103.6), (11, 9, 11)), 18)  # nasion
+    head = join(head, ellipsoid(p, (0, -38, 101.5), (8.8, 8.4, 9.8)), 9)  # tip
+    head = join(head, ellipsoid(p, (9.0, -43.0, 91.5), (5.6, 6.4, 9.4)), 7)  # ala
+    head = join(head, tapered_capsule(p, (0, -44, 101), (0, -49.5, 88), 3.4, 4.2), 7)  # columella
+    head = carve(head, ellipsoid(p, (5.6, -49.0, 96.0), (2.6, 3.8, 5.2)), 4)  # nostril
     return carve(head, tapered_capsule(p, (0, -55, 97.5), (0, -60, 98), 2.2, 2.6), 5)  # philtrum
 
 

@@ -14,7 +14,7 @@ from . import lips
 from .gaze import move_lids, turn_eye
 from .head import Head, Part
 from .morphology import Morphology, eye_geometry
-from .muscles import Pull, falloff, plateau, pull_all, ramp
+from .muscles import Pull, crease, falloff, plateau, pull_all, ramp
 from .template import EYE, MOUTH
 
 Floats = NDArray[np.float64]
@@ -45,7 +45,10 @@ _BROW_IN, _BROW_MID, _BROW_OUT = (11.0, 17.0, 88.0), (29.0, 22.0, 84.0), (46.0, 
 
 _PULLS: dict[str, tuple[Pull, ...]] = {
     "mouthSmile": (
-        Pull(_CORNER, (34, 34, 45), (7.5, 9.0, -5.0)),
+        # the corner rises most, the rest of the lips a little: a bowl, not a wedge
+        Pull(_CORNER, (26, 31, 42), (5.0, 5.4, -3.5)),
+        Pull(_CORNER, (50, 27, 45), (2.6, 3.8, -1.5)),
+        Pull((15.5, -68, 92), (14, 14, 34), (0.0, -2.3, 0.0)),
         Pull(_CHEEK, (30, 26, 40), (1.5, 4.5, 4.0)),
         Pull(_FOLD, (20, 22, 35), (1.5, 1.5, 1.0)),
     ),
@@ -73,9 +76,9 @@ _PULLS: dict[str, tuple[Pull, ...]] = {
         Pull(_ALA, (12, 12, 22), (0.8, 1.5, 0.0)),
     ),
     "browDown": (
-        Pull(_BROW_IN, (26, 24, 40), (-2.6, -6.0, 1.8)),
+        Pull(_BROW_IN, (25, 24, 40), (-2.6, -7.0, 1.8)),
         Pull(_BROW_MID, (30, 26, 40), (-1.2, -4.2, 1.0)),
-        Pull(_BROW_OUT, (22, 24, 36), (0.0, -1.2, 0.3)),
+        Pull(_BROW_OUT, (22, 24, 36), (0.3, 0.6, 0.3)),
     ),
     "browOuterUp": (
         Pull(_BROW_OUT, (30, 34, 42), (0.8, 8.0, -0.8)),
@@ -92,6 +95,10 @@ _PULLS: dict[str, tuple[Pull, ...]] = {
         Pull((16, -62, 96), (18, 18, 30), (0.6, 3.0, 0.4), "upper"),
     ),
 }
+# from the nose's wing past the corner of the mouth; what stands up beside it (mm) with which shape
+_NASOLABIAL = np.array([[15.5, -35.0], [20.0, -43.0], [26.5, -51.0], [32.0, -59.0], [35.0, -67.0], [35.5, -75.0]])
+_FOLD_WIDTH = 5.0
+_FOLDS = {"mouthSmile": 1.0, "noseSneer": 1.0, "mouthUpperUp": 0.5}
 # shapes of both sides at once; the mirrored pull is added on the right
 _BOTH: dict[str, tuple[Pull, ...]] = {
     "browInnerUp": (
@@ -115,6 +122,7 @@ _LIDS: dict[str, tuple[float, float]] = {
     "eyeLookUp": (0.14, 0.05),
     "eyeSquint": (-0.13, 0.26),
     "eyeWide": (0.24, -0.08),
+    "cheekSquint": (0.0, 0.14),
 }
 _GAZE = {"eyeLookDown": (0.0, -21.0), "eyeLookIn": (-30.0, 0.0), "eyeLookOut": (30.0, 0.0), "eyeLookUp": (0.0, 21.0)}
 _SQUINT_PULLS = (Pull((36, -17, 78), (28, 18, 38), (0.0, 2.2, 0.8)),)
@@ -258,8 +266,13 @@ def build_deltas(head: Head, vertices: Floats, morphology: Morphology) -> Floats
         extra = {"eyeSquint": _SQUINT_PULLS, "eyeWide": _WIDE_PULLS}.get(name, ())
         moved += side * soft * pull_all(q, head.lower, extra)
         left_right(name, moved)
+    fold = crease(q, _NASOLABIAL, _FOLD_WIDTH)[:, None] * np.array([0.4, 0.1, 0.9])
     for name, pulls in _PULLS.items():
-        left_right(name, side * soft * pull_all(q, head.lower, pulls) * scale)
+        moved = pull_all(q, head.lower, pulls) + _FOLDS.get(name, 0.0) * fold
+        moved = side * soft * moved * scale
+        if name in _LIDS:
+            moved += move_lids(head, vertices, centre, size, *_LIDS[name])
+        left_right(name, moved)
     for name, pulls in _BOTH.items():
         moved = side * soft * pull_all(q, head.lower, pulls) * scale
         done[name] = moved + _mirrored(head, moved)

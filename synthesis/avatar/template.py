@@ -95,8 +95,8 @@ def target_size(points: Floats) -> Floats:
 
     size = 6.4 + 14.6 * near((0, -28, 92), 64, 190)
     hidden = np.clip((points[..., 1] - 74.0) / 12.0, 0, 1) + np.clip((-30.0 - points[..., 2]) / 25.0, 0, 1)
-    size = size + 7.0 * np.minimum(hidden, 1.0) * (points[..., 1] > -45)
-    size = np.minimum(size, 4.0 + 11.0 * near((9, -44, 94), 13, 55))
+    size = size + 9.0 * np.minimum(hidden, 1.0) * (points[..., 1] > -45)
+    size = np.minimum(size, 4.0 + 29.0 * near((9, -44, 94), 13, 124))
     return size
 
 

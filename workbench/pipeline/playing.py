@@ -50,7 +50,7 @@ def prepare_performance(
     markers = corpus.processed(take, step)["position"].values if step in corpus.steps(take) else None
     values = np.asarray(weights["weights"].values, dtype=np.float64)
     notes = ["simulated"] if attributes.get("simulated") else []
-    notes += [f"{key} {attributes[key]}" for key in ("signer", "protocol") if key in attributes]
+    notes += [str(attributes[key]) for key in ("signer", "protocol") if key in attributes]
     return Performance(
         rig=rig,
         weights=values,
