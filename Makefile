@@ -42,6 +42,7 @@ $(VENV)/.test: $(VENV)/.core
 
 $(VENV)/.lint: $(VENV)/.core
 	@$(PIP) install --constraint constraints.txt --editable '.[lint]'
+	@mkdir -p $(VENV)/source && ln -sfn ../.. $(VENV)/source/mimique  # mypy looks for a folder of the package's name
 	@touch $@
 
 demo: system-packages $(VENV)/.core
@@ -53,7 +54,7 @@ test: system-packages $(VENV)/.test
 lint: $(VENV)/.lint
 	@$(BIN)/ruff check .
 	@$(BIN)/ruff format --check .
-	@$(BIN)/mypy --package mimique
+	@$(BIN)/mypy
 
 bench: $(VENV)/.test
 	@for script in benchmarks/bench_*.py; do echo "== $$script"; OMP_NUM_THREADS=2 $(BIN)/python $$script || exit 1; done

@@ -36,13 +36,13 @@ LIGHTS = [
     ((250, 400, 800), 0.60, "#fff6ea"),
     ((-600, 100, 500), 0.40, "#e6eeff"),
     ((0, -300, 700), 0.20, "white"),
-    ((700, 100, 100), 0.36, "white"),
+    ((700, 100, 100), 0.46, "white"),
     ((0, 400, -700), 0.35, "white"),
 ]
 BACKGROUND = "#eef0f3"
 WIDTH = 1600  # of a sheet, pixels
+TITLE = 20  # height of the strip above a face with its title, pixels
 OVERSAMPLING = 2  # a cell is drawn this much larger, and made smaller, for smooth edges
-COLOURS = 160  # in a sheet's palette: few enough for a small file, enough for smooth shading
 
 
 class Cell(NamedTuple):
@@ -93,19 +93,23 @@ def draw_sheet(
     """Draw cells row by row to one picture, each with its title."""
     width = WIDTH // columns
     height = round(1.2 * width)
+    strip = TITLE if any(cell.title for cell in cells) else 0
     plotter = open_plotter((OVERSAMPLING * width, OVERSAMPLING * height), off_screen=True)
     plotter.set_background(BACKGROUND)
     for position, strength, colour in LIGHTS:
         plotter.add_light(pv.Light(position=position, focal_point=(0, 0, 0), intensity=strength, color=colour))
-    sheet = Image.new("RGB", (width * columns, height * -(-len(cells) // columns)), BACKGROUND)
+    sheet = Image.new("RGB", (width * columns, (strip + height) * -(-len(cells) // columns)), BACKGROUND)
     pen, font = ImageDraw.Draw(sheet), ImageFont.load_default(size=15 if columns < 8 else 13)
     for number, cell in enumerate(cells):
-        corner = (number % columns * width, number // columns * height)
+        corner = (number % columns * width, number // columns * (strip + height))
         face = Image.fromarray(draw_face(plotter, cell, focus, view_angle))
-        sheet.paste(face.resize((width, height), Image.Resampling.LANCZOS), corner)
+        sheet.paste(face.resize((width, height), Image.Resampling.LANCZOS), (corner[0], corner[1] + strip))
         pen.text((corner[0] + 6, corner[1] + 3), cell.title, fill="#20242a", font=font)
     plotter.close()
-    sheet.quantize(COLOURS, Image.Quantize.MAXCOVERAGE, kmeans=2, dither=Image.Dither.NONE).save(path, optimize=True)
+    palette = sheet.quantize(256, Image.Quantize.MAXCOVERAGE, kmeans=2)
+    # dithering keeps large faces smooth; in small ones it only makes the file larger
+    dither = Image.Dither.FLOYDSTEINBERG if columns < 8 else Image.Dither.NONE
+    sheet.quantize(palette=palette, dither=dither).save(path, optimize=True)
     print(path)
 
 

@@ -65,7 +65,13 @@ class Stabilised:
         return int((~self.usable).sum())
 
 
-def stabilise(positions: ArrayLike, head: Sequence[int], reference: ArrayLike | None = None) -> Stabilised:
+def stabilise(
+    positions: ArrayLike,
+    head: Sequence[int],
+    reference: ArrayLike | None = None,
+    *,
+    names: Sequence[str] | None = None,
+) -> Stabilised:
     """Remove rotation and translation of the head from every frame.
 
     Parameters
@@ -77,6 +83,8 @@ def stabilise(positions: ArrayLike, head: Sequence[int], reference: ArrayLike | 
     reference
         Positions of the head markers to align to, ``(n_head, 3)`` in the order of `head`, NaN for those to leave out;
         by default :func:`fit_head_reference` of this take.
+    names
+        Of all markers, for messages; their indices otherwise.
 
     Raises
     ------
@@ -89,7 +97,7 @@ def stabilise(positions: ArrayLike, head: Sequence[int], reference: ArrayLike | 
     if reference is None:
         reference = fit_head_reference(seen)
     template = check_array(reference, name="reference", shape=(len(indices), 3))
-    _check_reference(template, indices)
+    _check_reference(template, [str(i if names is None else names[i]) for i in indices])
     pose = fit_rigid(template[None], seen)
     moved = (recorded - pose.translation[:, None]) @ pose.rotation  # row vectors: this is Rᵀ (x − t)
     return Stabilised(moved, pose.rotation, pose.translation, pose.rms, pose.valid, template)
@@ -193,23 +201,23 @@ def _check_head(head: Sequence[int], n_markers: int) -> list[int]:
     return indices
 
 
-def _check_reference(template: NDArray, indices: list[int]) -> None:
+def _check_reference(template: NDArray, names: list[str]) -> None:
     """Refuse head markers that cannot fix a pose in any frame."""
     known = np.flatnonzero(np.isfinite(template).all(axis=1))
     if len(known) < 3:
         raise InputError(
             f"head markers: expected at least three usable ones, but got {len(known)} "
-            f"(of the marker indices {indices}); name others"
+            f"of {', '.join(names)}; name others"
         )
     points = template[known] - template[known].mean(axis=0)
     extents = np.linalg.svd(points, compute_uv=False)
     gaps = np.linalg.norm(points[:, None] - points[None], axis=2) + np.where(np.eye(len(points)), np.inf, 0)
     i, j = np.unravel_index(np.argmin(gaps), gaps.shape)
     if gaps[i, j] <= COINCIDENT * extents[0]:
-        pair = indices[known[i]], indices[known[j]]
+        pair = names[known[i]], names[known[j]]
         raise InputError(f"head markers: expected distinct places, but the markers {pair[0]} and {pair[1]} coincide")
     if extents[1] <= 1e-2 * extents[0]:
         raise InputError(
-            f"head markers: expected three that are not on one line, but the markers "
-            f"{[indices[k] for k in known]} are; add one off the line"
+            f"head markers: expected three that are not on one line, but "
+            f"{', '.join(names[k] for k in known)} are; add one off the line"
         )

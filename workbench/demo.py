@@ -15,7 +15,8 @@ from .pipeline.playing import render_movie
 from .pipeline.reporting import write_report
 from .pipeline.rigging import AVATAR, add_rig
 from .pipeline.segmenting import segment
-from .pipeline.solving import SolveOptions, solve
+from .pipeline.session_solver import SolveOptions
+from .pipeline.solving import solve
 from .pipeline.training import train
 from .progress import Reporter
 from .simulation_files import RECORDING_LIST, write_simulated_corpus

@@ -13,7 +13,6 @@
 
 from __future__ import annotations
 
-import tempfile
 import zlib
 from itertools import chain
 from pathlib import Path
@@ -29,6 +28,7 @@ from ..errors import ConflictError, InputError
 from ..synthesis.avatar import default_markers
 from ..synthesis.simulation import Recording, Truth, load_parameters, simulate_corpus
 from .progress import Reporter
+from .text_files import write_text
 
 RECORDINGS, TRUTH = "recordings", "truth"
 RECORDING_LIST, MARKER_MAP, README = "recordings.csv", "marker_map.csv", "README.md"
@@ -83,9 +83,9 @@ def write_simulated_corpus(
                 rows.append(write_recording(folder, recording))
                 finished(recording.name, len(recording.positions) / recording.rate)
         listed = pd.DataFrame(rows)
-        _write_text(folder / MARKER_MAP, marker_map().to_csv(index=False, lineterminator="\n"))
-        _write_text(folder / README, _readme(listed))
-        _write_text(folder / RECORDING_LIST, listed.to_csv(index=False, lineterminator="\n"))
+        write_text(folder / MARKER_MAP, marker_map().to_csv(index=False, lineterminator="\n"))
+        write_text(folder / README, _readme(listed))
+        write_text(folder / RECORDING_LIST, listed.to_csv(index=False, lineterminator="\n"))
     except OSError as error:
         raise InputError(f"{folder}: the simulated corpus cannot be written ({error.strerror or error})") from error
     return listed
@@ -214,7 +214,7 @@ def _prepare_folder(folder: Path) -> None:
     (folder / RECORDING_LIST).unlink(missing_ok=True)
     folder.mkdir(parents=True, exist_ok=True)
     # Written first, so that a run that was broken off can be repeated in the same folder.
-    _write_text(folder / README, f"{TITLE}\n\nUnfinished: it is being written, or was broken off. Run it again.\n")
+    write_text(folder / README, f"{TITLE}\n\nUnfinished: it is being written, or was broken off. Run it again.\n")
     for name in suffixes:
         (folder / name).mkdir(exist_ok=True)
 
@@ -225,14 +225,6 @@ def _is_simulated(folder: Path) -> bool:
         return (folder / README).read_text(encoding="utf-8").startswith(TITLE)
     except (OSError, UnicodeDecodeError):
         return False
-
-
-def _write_text(path: Path, text: str) -> None:
-    """Write a whole text file or none."""
-    with tempfile.NamedTemporaryFile("w", encoding="utf-8", newline="\n", dir=path.parent, delete=False) as part:
-        part.write(text)
-    Path(part.name).chmod(0o644)
-    Path(part.name).replace(path)
 
 
 def _readme(listed: pd.DataFrame) -> str:

@@ -40,7 +40,7 @@ def vertex_colours(
     on_skin = head.part == Part.SKIN
     blush = 0.30 * falloff(q, (42, -34, 70), (34, 28, 46)) + 0.20 * falloff(q, (0, -42, 106), (26, 22, 26))
     blend(on_skin | (head.part == Part.EAR), blush, BLUSH)
-    blend(on_skin, 0.75 * falloff(q, (5.6, -48.0, 95.0), (4.2, 4.2, 6.4)), (0.30, 0.14, 0.11))
+    blend(on_skin, 0.9 * falloff(q, (5.8, -49.7, 93.4), (4.8, 4.8, 6.6)), (0.30, 0.14, 0.11))
     in_mouth = on_skin & (head.zone == MOUTH)
     red = np.where(in_mouth, 1 - ramp(head.ring, lips.BORDER - 0.55, lips.BORDER + 0.3), 0.0)
     blend(in_mouth, red, lip)

@@ -15,8 +15,9 @@ Floats = NDArray[np.float64]
 
 # azimuth from the front (degrees) and height (mm) of the hairline: forehead, temple, sideburn, over the ear, nape
 _HAIRLINE = np.array(
-    [[0, 65.5], [11, 68.5], [23, 70], [34, 65], [44, 54], [52, 42], [58, 31], [64, 22], [70, 13], [75, 1], [79, -8],
-     [83, -8], [87, 4], [92, 12], [102, 13], [112, 4], [122, -16], [134, -36], [150, -50], [165, -56], [180, -57.0]]
+    [[0, 65.5], [11, 68.5], [23, 70], [34, 65], [44, 54], [52, 42], [58, 31], [64, 22], [70, 13], [75, 1], [78, -6],
+     [83, -8], [87, 3], [92, 11], [98, 11], [105, 2], [111, -12], [119, -26], [132, -40], [150, -48],
+     [165, -51], [180, -52.0]]
 )  # fmt: skip
 # distance from the hairline (mm) of the rows that round the edge off; the first is under the skin
 _EDGE = np.array([0.0, 1.6, 3.6, 7.0, 12.0])
@@ -24,7 +25,7 @@ _EDGE = np.array([0.0, 1.6, 3.6, 7.0, 12.0])
 
 def hair(rows: int = 24, columns: int = 40) -> Piece:
     """Return the left half of the hair: the skull's surface raised, thin at its edge, which is tucked in."""
-    azimuth = np.radians(np.interp(np.linspace(0, 1, columns), [0, 0.50, 0.76, 1], [0, 74, 126, 180]))
+    azimuth = np.radians(np.interp(np.linspace(0, 1, columns), [0, 0.44, 0.78, 1], [0, 70, 120, 180]))
     degrees = np.degrees(azimuth)
     v = np.linspace(0.0, 0.95, 160)
     grid = lift(np.repeat(azimuth, len(v)), np.tile(v, columns)).reshape(columns, len(v), 3)
@@ -61,7 +62,7 @@ def ear(rings: int = 15, steps: int = 24) -> Piece:
     outline_back = np.where(back > 0, 17.0 + 3.0 * up, 12.5) * back
     outline_up = 29.0 * up
     outline_back = outline_back * np.where(up < 0, 1 - 0.26 * up**2, 1.0)
-    forward = ramp(-back, 0.1, 0.75) * ramp(up, -0.60, 0.10)  # the rim dives into the cheek in front
+    forward = ramp(-back, 0.1, 0.75) * ramp(up, -1.0, 0.15)  # the rim dives into the cheek in front
     lobe = ramp(-up, 0.45, 0.85)
     rho = np.array([0.0, 0.14, 0.28, 0.40, 0.50, 0.60, 0.70, 0.79, 0.87, 0.94, 1.0, 1.02, 0.95, 0.82, 0.6])[:rings]
     flat = np.array([-5.5, -5.2, -4.2, -1.0, 1.8, 2.4, 1.2, 0.3, 1.3, 2.6, 2.0, 0.2, -1.8, -8.0, -27.0])[:rings]

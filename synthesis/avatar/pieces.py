@@ -100,7 +100,7 @@ def teeth(upper: bool) -> Piece:
         scallop = np.abs(np.cos(5 * np.pi * v)) ** 0.5
         profile = np.interp(u, [0, 0.15, 0.45, 0.8, 0.92, 1.0], [-2.5, 0.2, 0.8, 0.5, -0.4, -2.6])
         y = np.interp(u, [0, 0.15, 0.45, 0.8, 0.92, 1.0], [0.0, 0.1, 0.45, 0.93, 1.0, 0.95])
-        tip_here = tip - (0.0 if upper else 3.5) * v**1.5
+        tip_here = tip - (0.0 if upper else 6.0) * v**1.5
         y = top + (tip_here - top) * y * (0.96 + 0.04 * scallop)
         inward = np.stack([flat[:, 0] / wide, np.full_like(v, 0.5)], -1)
         inward /= np.linalg.norm(inward, axis=-1, keepdims=True)

@@ -55,7 +55,7 @@ def _skull(p: Components) -> Distances:
     head = join(head, ellipsoid(p, (0, 30, 27), (62, 53, 58)), 26)  # forehead
     head = join(head, ellipsoid(p, (0, 6, -38), (58, 52, 52)), 30)  # back of the head
     head = join(head, ellipsoid(p, (0, -26, 22), (63, 79, 65)), 32)  # face
-    head = join(head, tapered_capsule(p, (43, -56, 8), (11, -98, 66), 12.5, 12.5), 24)  # jaw line
+    head = join(head, tapered_capsule(p, (43, -56, 8), (11, -98, 66), 12.5, 12.5), 28)  # jaw line
     head = join(head, tapered_capsule(p, (0, -50, -22), (0, -150, -34), 42, 43), 24)  # neck
     head = join(head, tapered_capsule(p, (0, -195, -30), (90, -220, -40), 50, 30), 60)  # shoulders
     return head
@@ -75,8 +75,8 @@ def _face(p: Components, head: Distances) -> Distances:
 def _nose(p: Components, head: Distances) -> Distances:
     head = join(head, tapered_capsule(p, (0, 4, 73), (0, -33, 98), 6.6, 7.0), 18)  # bridge
     head = carve(head, ellipsoid(p, (0, 2, 103.6), (11, 9, 11)), 18)  # nasion
-    head = join(head, ellipsoid(p, (0, -38, 101.5), (8.8, 8.4, 9.8)), 9)  # tip
-    head = join(head, ellipsoid(p, (9.0, -43.0, 91.5), (5.6, 6.4, 9.4)), 7)  # ala
+    head = join(head, ellipsoid(p, (0, -38, 101.5), (8.8, 8.4, 9.8)), 11)  # tip
+    head = join(head, ellipsoid(p, (9.0, -43.0, 91.5), (5.6, 6.4, 9.2)), 9)  # ala
     head = join(head, tapered_capsule(p, (0, -44, 101), (0, -49.5, 88), 3.4, 4.2), 7)  # columella
     head = carve(head, ellipsoid(p, (5.6, -49.0, 96.0), (2.6, 3.8, 5.2)), 4)  # nostril
     return carve(head, tapered_capsule(p, (0, -55, 97.5), (0, -60, 98), 2.2, 2.6), 5)  # philtrum

@@ -22,7 +22,8 @@ from mimique.synthesis.avatar import (
 )
 from mimique.synthesis.avatar.head import base_head
 from mimique.synthesis.avatar.morphology import eye_geometry
-from mimique.synthesis.avatar.sculpture import EYE_CENTRE, EYE_RADIUS
+from mimique.synthesis.avatar.muscles import crease
+from mimique.synthesis.avatar.sculpture import EYE_CENTRE, EYE_RADIUS, head_distance
 from mimique.synthesis.avatar.template import EYE, MOUTH
 from scipy.spatial import cKDTree
 
@@ -417,6 +418,36 @@ def test_brows_move_with_the_skin_under_them(rig):
         for v in brow[::17]:
             nearest = skin[np.argmin(((rig.neutral[skin] - rig.neutral[v]) ** 2).sum(1))]
             assert np.linalg.norm(moved[v] - moved[nearest]) < 1.2
+
+
+def test_hair_lies_close_to_the_skin_and_is_tucked_under_it_at_the_hairline(rig):
+    at = rig.neutral[base_head().part == Part.HAIR]
+    out = head_distance(at)
+    assert out.max() < 12.0
+    line = at[out < 0]  # the first row is under the skin all along the hairline
+    azimuth = np.degrees(np.arctan2(np.abs(line[:, 0]), line[:, 2] + 6.0))
+    assert azimuth.min() < 2 and azimuth.max() > 178 and np.diff(np.sort(azimuth)).max() < 10
+    away = cKDTree(line).query(at)[0]
+    assert out[away < 4.0].max() < 3.0  # a thin rim
+    assert out[away > 60.0].min() > 5.0
+    # no bare skin over the ear: hair is next to its top
+    ear = rig.neutral[base_head().part == Part.EAR]
+    top = ear[np.argmax(ear[:, 1])]
+    assert cKDTree(at[out > 0]).query(top)[0] < 10.0
+
+
+def test_a_smile_and_a_sneer_fold_the_skin_beside_the_nose(rig):
+    """The cheek comes forward of the lip's side; without the crease by 2.7 mm in a smile, by nothing in a sneer."""
+    skin = np.flatnonzero((base_head().part == Part.SKIN) & (rig.neutral[:, 2] > 50))
+    cheek, lip = (skin[np.argmin(((rig.neutral[skin, :2] - xy) ** 2).sum(1))] for xy in ((33.0, -51.0), (24.5, -57.0)))
+    for shape, least in (("mouthSmileLeft", 3.5), ("noseSneerLeft", 1.0)):
+        assert moves(rig, shape, cheek)[2] - moves(rig, shape, lip)[2] > least, shape
+
+
+def test_a_crease_stands_up_to_its_left_and_falls_to_its_right():
+    path = np.array([[0.0, 0.0], [0.0, 10.0], [0.0, 20.0]])
+    height = crease(np.array([[-2.0, 10, 0], [2.0, 10, 5], [0.0, 10, 0], [-7.0, 10, 0], [-2.0, 0, 0]]), path, 2.0)
+    assert height == pytest.approx([1.0, -1.0, 0.0, 0.0, 0.0], abs=0.01)
 
 
 def test_46_markers_of_which_six_on_the_head_never_move(rig):

@@ -39,7 +39,7 @@ def solve(
     """
     from ...corpus import Corpus
     from ..pipeline.ingesting import split_names
-    from ..pipeline.solving import DEFAULT_METHOD, SolveOptions
+    from ..pipeline.session_solver import DEFAULT_METHOD, SolveOptions
     from ..pipeline.solving import solve as run
     from ..progress import ConsoleReporter
 

@@ -11,6 +11,7 @@ from ...corpus.recordings import RECORDING_SUFFIXES
 from ...corpus.tiers import TIER_SUFFIXES
 from ...corpus.view import CorpusView
 from ...errors import InputError
+from ..text_files import write_text
 
 
 def export(corpus: CorpusView, take: str, path: Path, *, solve: str | None = None) -> str:
@@ -67,11 +68,5 @@ def _export_weights(corpus: CorpusView, take: str, path: Path, solve: str | None
     weights = corpus.weights(take, solve)
     frame = pd.DataFrame(weights["weights"].values, columns=[str(s) for s in weights["shape"].values])
     frame.insert(0, "time", weights["time"].values)
-    part = path.with_name(f".{path.name}.part")
-    try:
-        frame.to_csv(part, index=False, float_format="%.7g", lineterminator="\n")
-        part.replace(path)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        raise InputError(f"{path}: cannot be written ({error.strerror}); choose another place") from error
+    write_text(path, frame.to_csv(index=False, float_format="%.7g", lineterminator="\n"))
     return f"{path}: {len(frame)} frames, {frame.shape[1] - 1} shapes"

@@ -15,6 +15,7 @@ from ...features import motion_energy
 from ...models import Evaluation, recording_times
 from ..progress import Reporter
 from ..report import ReportData, SegmentationExample, build_report
+from ..text_files import write_text
 from .evaluating import TEST_PROTOCOLS, evaluate
 from .labelled_takes import choose_author, read_labelled_takes
 from .playing import choose_tiers, prepare_performance
@@ -96,7 +97,7 @@ def write_report(
             portrait=_draw_portrait(corpus, shown) if portrait and shown is not None else None,
         )
         finished("portrait")
-        _write_text(path, build_report(data))
+        write_text(path, build_report(data))
         finished("page")
     return f"{path}: {len(takes)} takes at snapshot {corpus.snapshot}"
 
@@ -254,13 +255,3 @@ def _draw_portrait(corpus: Corpus, take: str) -> bytes | None:
             return scene.png(int(expressive.argmax()))
     except MimiqueError:
         return None
-
-
-def _write_text(path: Path, text: str) -> None:
-    part = path.with_name(f".{path.name}.part")
-    try:
-        part.write_text(text, encoding="utf-8")
-        part.replace(path)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        raise InputError(f"{path}: cannot be written ({error.strerror}); choose another place") from error

@@ -137,7 +137,7 @@ def prepare_session(
     try:
         reference = fit_head_reference(np.concatenate(seen))
     except InputError as error:
-        raise InputError(f"take {takes[0]!r}: {_with_names(str(error), markers)}") from error
+        raise InputError(f"take {takes[0]!r}: {error}") from error
 
     poses = []
     for name in takes:
@@ -166,9 +166,9 @@ def stabilise_take(
     """Take head motion out of a take, or out of an even sample of its frames."""
     position = _thin(tracked.position) if sample else tracked.position
     try:
-        return stabilise(position, tracked.head, reference)
+        return stabilise(position, tracked.head, reference, names=tracked.markers)
     except InputError as error:
-        raise InputError(f"take {name!r}: {_with_names(str(error), tracked.markers)}") from error
+        raise InputError(f"take {name!r}: {error}") from error
 
 
 def choose_neutral(tracked: TrackedTake, calm: Stabilised, session: Session, name: str) -> tuple[NDArray, str]:
@@ -188,8 +188,3 @@ def _thin(frames: NDArray[np.float64]) -> NDArray[np.float64]:
     if len(frames) <= SAMPLES_PER_TAKE:
         return frames
     return frames[np.linspace(0, len(frames) - 1, SAMPLES_PER_TAKE).round().astype(int)]
-
-
-def _with_names(message: str, markers: Sequence[str]) -> str:
-    """Messages of the mathematics speak of marker indices; a person knows names."""
-    return f"{message} (markers counted from 0: {', '.join(f'{i} {n}' for i, n in enumerate(markers))})"
