@@ -1,6 +1,6 @@
 """What is learned or chosen from many takes: affect classifiers, their evaluation, metrics, recording times."""
 
-from . import metrics
+from . import layouts, metrics
 from .affect_classifiers import CLASSIFIERS, AffectModel, fit_affect_classifier
 from .evaluation import Evaluation, collect_training_samples, evaluate_reverdy2019
 from .labelled_take import LabelledTake
@@ -16,6 +16,7 @@ __all__ = [
     "evaluate_reverdy2019",
     "fit_affect_classifier",
     "label_segments",
+    "layouts",
     "metrics",
     "recording_times",
 ]

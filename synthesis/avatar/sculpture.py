@@ -74,7 +74,7 @@ def _face(p: Components, head: Distances) -> Distances:
 
 def _nose(p: Components, head: Distances) -> Distances:
     head = join(head, tapered_capsule(p, (0, 4, 73), (0, -33, 98), 6.6, 7.0), 18)  # bridge
-    head = carve(head, ellipsoid(p, (0, 2, 103.6), (11, 9, 11)), 18)  # nasion
+    head = carve(head, ellipsoid(p, (0, 2, 106.0), (12, 10, 11)), 24)  # nasion
     head = join(head, ellipsoid(p, (0, -38, 101.5), (8.8, 8.4, 9.8)), 11)  # tip
     head = join(head, ellipsoid(p, (9.0, -43.0, 91.5), (5.6, 6.4, 9.2)), 9)  # ala
     head = join(head, tapered_capsule(p, (0, -44, 101), (0, -49.5, 88), 3.4, 4.2), 7)  # columella
