@@ -90,7 +90,9 @@ def _read_npz(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArr
             vertices, triangles, names, deltas = (np.asarray(file[name]) for name in ARRAYS)
     except FileFormatError:
         raise
-    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, zlib.error) as error:
+    except ValueError as error:  # NumPy takes what it does not know for a pickle, and explains how to run it
+        raise FileFormatError(f"{path.name}: not a readable .npz file of plain arrays") from error
+    except (OSError, EOFError, KeyError, zipfile.BadZipFile, zlib.error) as error:
         raise FileFormatError(f"{path.name}: not a readable .npz file ({error})") from error
     for name, array, kinds in (
         ("vertices", vertices, "fiu"),

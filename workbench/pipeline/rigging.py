@@ -10,6 +10,7 @@ from ...corpus import Corpus
 from ...errors import InputError
 from ...synthesis import Rig, read_rig
 from ...synthesis.marker_map import check_marker_map, read_marker_map
+from ...synthesis.rig_checks import describe_markers, describe_rig
 
 AVATAR = "avatar"
 """In place of a path: the face that mimique draws itself."""
@@ -42,7 +43,8 @@ def add_rig(
 
     Returns
     -------
-    A line that says what was added.
+    A line that says what was added, and one for each thing to know: shapes that repeat or cancel each other, shapes that
+    no marker sees.
 
     Raises
     ------
@@ -67,7 +69,10 @@ def add_rig(
         if table is not None:
             edit.put_marker_map(name, table, map_name)
     mapped = "no marker map" if table is None else f"{len(table)} markers mapped"
-    return f"rig {name}: {rig.n_vertices} vertices, {rig.n_shapes} shapes, {mapped}"
+    notes = describe_rig(rig) + ([] if table is None else describe_markers(rig, table["vertex"].to_numpy()))
+    return "\n".join(
+        [f"rig {name}: {rig.n_vertices} vertices, {rig.n_shapes} shapes, {mapped}", *(f"  {note}" for note in notes)]
+    )
 
 
 def _embedded_avatar() -> tuple[Rig, pd.DataFrame]:
