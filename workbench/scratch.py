@@ -2,14 +2,15 @@
 
 A command that changes a corpus is one commit, yet an interrupted solve of seventy takes must not start again from
 nothing. So each finished take is written here under the fingerprint of everything that it was computed from; the
-next run of the same command finds it, and a successful commit empties the folder.
+next run of the same command finds it, and a successful commit removes it.
 """
 
 from __future__ import annotations
 
 import os
-import shutil
 import zipfile
+from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -48,9 +49,12 @@ class Scratch:
             np.savez(file, allow_pickle=False, **arrays)
         part.replace(self._path(fingerprint))
 
-    def clear(self) -> None:
-        """Forget everything."""
-        shutil.rmtree(self.folder, ignore_errors=True)
+    def drop(self, fingerprints: Iterable[str]) -> None:
+        """Forget these results; others belong to another process, or to a run that may go on."""
+        for fingerprint in fingerprints:
+            self._path(fingerprint).unlink(missing_ok=True)
+        with suppress(OSError):  # not empty, or not there
+            self.folder.rmdir()
 
     def _path(self, fingerprint: str) -> Path:
         return self.folder / f"{fingerprint}.npz"

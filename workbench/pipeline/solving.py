@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ...corpus import Corpus
 from ...corpus.provenance import describe_step
 from ...corpus.view import CorpusView
-from ...errors import InputError, NotFoundError
+from ...errors import CorpusError, InputError, NotFoundError
 from ...synthesis import Rig
 from ..progress import Reporter
 from ..scratch import Scratch
@@ -123,12 +123,15 @@ def solve(
     with corpus.transaction(message, command="solve", parameters=parameters, author=author) as edit:
         for name, provenance, attributes in pending:
             arrays = scratch.get(provenance["fingerprint"])
-            assert arrays is not None
+            if arrays is None:
+                raise CorpusError(
+                    f"{scratch.folder}: finished takes vanished from it while they were written; run again"
+                )
             weights = _put_results(edit, name, arrays, rig, rig_name, solve_name, provenance, attributes)
             rows.append(_row(name, "solved", weights))
         for name in unchanged:
             edit.set_current_solve(name, solve_name)
-    scratch.clear()
+    scratch.drop(provenance["fingerprint"] for _, provenance, _ in pending)
     columns = ["take", "outcome", "frames", "unsolved", "residual"]
     return pd.DataFrame(rows, columns=columns).sort_values("take", ignore_index=True)
 
