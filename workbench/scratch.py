@@ -33,7 +33,7 @@ class Scratch:
         """Return the arrays kept under ``fingerprint``, or None if there are none."""
         path = self._path(fingerprint)
         try:
-            with np.load(path, allow_pickle=False) as kept:
+            with path.open("rb") as file, np.load(file, allow_pickle=False) as kept:
                 return {name: kept[name] for name in kept.files}
         except FileNotFoundError:
             return None

@@ -43,8 +43,8 @@ def add_rig(
 
     Returns
     -------
-    A line that says what was added, and one for each thing to know: shapes that repeat or cancel each other, shapes that
-    no marker sees.
+    A line that says what was added, and one for each thing to know: shapes that repeat or cancel each other, shapes
+    that no marker sees.
 
     Raises
     ------

@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import pandas as pd
 import xarray as xr
-from numpy.typing import NDArray
 
 from ...corpus import Corpus
 from ...corpus.provenance import describe_step
+from ...corpus.transaction import Transaction
 from ...corpus.view import CorpusView
 from ...errors import CorpusError, InputError, NotFoundError
 from ...synthesis import Rig
-from ..progress import Reporter
+from ..progress import Reporter, Step
 from ..scratch import Scratch
 from .session_solver import SessionSolver, SolveOptions
-from .stabilising import Session, group_sessions, prepare_session
+from .stabilising import group_sessions, prepare_session
 
 
 def choose_rig(corpus: CorpusView, name: str | None) -> str:
@@ -82,7 +83,6 @@ def solve(
     options = options or SolveOptions()
     rig_name = choose_rig(corpus, options.rig)
     rig = Rig.from_dataset(corpus.rig(rig_name))
-    table = corpus.marker_map(rig_name, options.marker_map)
     everything = corpus.takes()["take"].tolist()
     if not everything:
         raise InputError("the corpus has no takes; ingest some first")
@@ -90,50 +90,62 @@ def solve(
     for name in wanted - set(everything):
         corpus.take(name)  # says which takes there are
 
-    scratch = Scratch(corpus.path)
-    solve_name = options.solve_name(rig_name)
-    rows: list[dict[str, Any]] = []
-    unchanged: list[str] = []
-    pending: list[tuple[str, dict[str, Any], dict[str, Any]]] = []
+    plan = _Plan(options.solve_name(rig_name), rig_name, options, Scratch(corpus.path))
     groups = [group for group in group_sessions(corpus, options.head_markers) if wanted & set(group)]
     with reporter.stage("Solving", len(wanted)) as finished:
         for group in groups:
-            provenances = _describe_group(corpus, group, rig_name, options)
-            session: Session | None = None
-            solver: SessionSolver | None = None
-            for name in (n for n in group if n in wanted):
-                provenance = provenances[name]
-                if corpus.is_done(provenance, name, "weights", solve_name):
-                    rows.append(_row(name, "unchanged", corpus.weights(name, solve_name)))
-                    unchanged.append(name)
-                    finished(name)
-                    continue
-                if scratch.get(provenance["fingerprint"]) is None:
-                    if session is None:
-                        session = prepare_session(corpus, group, options.head_markers)
-                        solver = SessionSolver(corpus, rig, table, session, options)
-                    assert solver is not None
-                    scratch.put(provenance["fingerprint"], solver.solve_take(name))
-                pending.append((name, provenance, {"rig": rig_name, "method": options.method}))
-                finished(name)
-
-    what = f"{len(pending)} takes" if len(pending) != 1 else pending[0][0]
-    message = f"Solve {what} on {rig_name} with {options.method}" if pending else f"Make {solve_name} the current solve"
-    parameters = {"rig": rig_name, "solve": solve_name, **options.parameters()}
-    with corpus.transaction(message, command="solve", parameters=parameters, author=author) as edit:
-        for name, provenance, attributes in pending:
-            arrays = scratch.get(provenance["fingerprint"])
-            if arrays is None:
-                raise CorpusError(
-                    f"{scratch.folder}: finished takes vanished from it while they were written; run again"
-                )
-            weights = _put_results(edit, name, arrays, rig, rig_name, solve_name, provenance, attributes)
-            rows.append(_row(name, "solved", weights))
-        for name in unchanged:
-            edit.set_current_solve(name, solve_name)
-    scratch.drop(provenance["fingerprint"] for _, provenance, _ in pending)
+            _solve_group(corpus, plan, group, wanted, finished)
+    with corpus.transaction(
+        plan.message(), command="solve", parameters={"rig": rig_name, **options.parameters()}, author=author
+    ) as edit:
+        rows = [_row(name, "solved", _put_results(edit, plan, name, rig.shapes)) for name in plan.pending]
+        for name in plan.unchanged:
+            edit.set_current_solve(name, plan.solve)
+            rows.append(_row(name, "unchanged", edit.weights(name, plan.solve)))
+    plan.scratch.drop(provenance["fingerprint"] for provenance in plan.pending.values())
     columns = ["take", "outcome", "frames", "unsolved", "residual"]
     return pd.DataFrame(rows, columns=columns).sort_values("take", ignore_index=True)
+
+
+@dataclass
+class _Plan:
+    """What one run does: the takes to write, with where their weights come from, and those that stay as they are."""
+
+    solve: str
+    rig: str
+    options: SolveOptions
+    scratch: Scratch
+    pending: dict[str, dict[str, Any]] = field(default_factory=dict)
+    unchanged: list[str] = field(default_factory=list)
+
+    def message(self) -> str:
+        """Say what the commit does."""
+        if not self.pending:
+            return f"Make {self.solve} the current solve"
+        what = f"{len(self.pending)} takes" if len(self.pending) > 1 else next(iter(self.pending))
+        return f"Solve {what} on {self.rig} with {self.options.method}"
+
+
+def _solve_group(corpus: CorpusView, plan: _Plan, group: Sequence[str], wanted: set[str], finished: Step) -> None:
+    """Solve the wanted takes of a signer's session into the scratch folder; the session is prepared if any needs it."""
+    solver: SessionSolver | None = None
+    provenances = _describe_group(corpus, group, plan.rig, plan.options)
+    for name in (n for n in group if n in wanted):
+        provenance = provenances[name]
+        if corpus.is_done(provenance, name, "weights", plan.solve):
+            plan.unchanged.append(name)
+        else:
+            if plan.scratch.get(provenance["fingerprint"]) is None:
+                solver = solver or _make_solver(corpus, plan, group)
+                plan.scratch.put(provenance["fingerprint"], solver.solve_take(name))
+            plan.pending[name] = provenance
+        finished(name)
+
+
+def _make_solver(corpus: CorpusView, plan: _Plan, group: Sequence[str]) -> SessionSolver:
+    session = prepare_session(corpus, group, plan.options.head_markers)
+    rig = Rig.from_dataset(corpus.rig(plan.rig))
+    return SessionSolver(corpus, rig, corpus.marker_map(plan.rig, plan.options.marker_map), session, plan.options)
 
 
 def _describe_group(
@@ -163,16 +175,12 @@ def _describe_group(
     }
 
 
-def _put_results(
-    edit: Any,
-    name: str,
-    arrays: dict[str, NDArray],
-    rig: Rig,
-    rig_name: str,
-    solve_name: str,
-    provenance: dict[str, Any],
-    attributes: dict[str, Any],
-) -> xr.Dataset:
+def _put_results(edit: Transaction, plan: _Plan, name: str, shapes: Sequence[str]) -> xr.Dataset:
+    """Store all that a solve gave for a take; return the weights."""
+    provenance = plan.pending[name]
+    arrays = plan.scratch.get(provenance["fingerprint"])
+    if arrays is None:
+        raise CorpusError(f"{plan.scratch.folder}: finished takes vanished while they were written; run again")
     space = ["x", "y", "z"]
     source = str(arrays["neutral_source"])
     stabilised = xr.Dataset(
@@ -189,16 +197,16 @@ def _put_results(
     adapted = xr.Dataset(
         {"position": (("time", "marker", "space"), arrays["adapted"])},
         {"marker": [str(m) for m in arrays["mapped"]], "space": space},
-        {"rig": rig_name},
+        {"rig": plan.rig},
     )
     weights = xr.Dataset(
         {"weights": (("time", "shape"), arrays["weights"]), "residual": (("time",), arrays["residual"])},
-        {"shape": list(rig.shapes)},
-        {**attributes, "neutral": source, "prior": str(arrays["prior"])},
+        {"shape": list(shapes)},
+        {"rig": plan.rig, "method": plan.options.method, "neutral": source, "prior": str(arrays["prior"])},
     )
     edit.put_processed(name, "stabilised", stabilised, provenance=provenance)
-    edit.put_processed(name, f"adapted-{solve_name}", adapted, provenance=provenance)
-    edit.put_weights(name, weights, solve=solve_name, provenance=provenance)
+    edit.put_processed(name, f"adapted-{plan.solve}", adapted, provenance=provenance)
+    edit.put_weights(name, weights, solve=plan.solve, provenance=provenance)
     return weights
 
 
