@@ -13,6 +13,7 @@ from mimique.corpus import Corpus, read_take, write_take, write_tiers
 from mimique.corpus.locking import lock_corpus
 from mimique.corpus.take import make_take
 from mimique.workbench.cli import run
+from mimique.workbench.pipeline.labelled_takes import choose_author
 from mimique.workbench.pipeline.session_solver import SessionSolver
 
 from .small_face import HEAD, SHAPES, make_rig, make_weights, marker_vertices, write_performance, write_rig
@@ -153,6 +154,21 @@ def test_evaluate_report_show_log_and_export(session, tmp_path, capsys):
         "create",
     ]
     assert log[0]["tags"] == "v1"
+
+
+def test_labels_of_a_model_that_come_back_as_a_file_are_no_reference(session, tmp_path, capsys):
+    _, path, _ = session
+    for name in ("s_EU_01", "s_IE_joy", "s_IE_surprise"):
+        for suffix in ("c3d", "eaf"):
+            assert run(["export", str(path), name, str(tmp_path / f"{name}.{suffix}")]) == 0
+    again = tmp_path / "again"
+    assert run(["init", str(again)]) == 0
+    assert run(["ingest", str(again), *map(str, sorted(tmp_path.glob("s_*")))]) == 0
+    assert choose_author(Corpus.open(again)) == "cr"
+    came_back = Corpus.open(again).tier("s_EU_01", "affect", author="s-1-nn")
+    sent = Corpus.open(path).tier("s_EU_01", "affect", author="s-1-nn")
+    columns = ["id", "onset", "offset", "label", "from_label", "to_label", "origin"]
+    pd.testing.assert_frame_equal(came_back[columns], sent[columns])
 
 
 def test_stabilised_head_stays_and_the_motion_is_kept(session):

@@ -33,7 +33,7 @@ def choose_author(corpus: CorpusView, tier: str = AFFECT_TIER, author: str | Non
     counts: dict[str, int] = {}
     for take in corpus.takes()["take"]:
         for row in corpus.tiers(take).itertuples():
-            if row.tier == tier and not corpus.provenance(take, "tier", tier, str(row.author)):
+            if row.tier == tier and not _is_machine_made(corpus, str(take), tier, str(row.author)):
                 counts[str(row.author)] = counts.get(str(row.author), 0) + 1
     if author is not None and author in counts:
         return author
@@ -108,3 +108,11 @@ def name_affects(segments: pd.DataFrame) -> pd.DataFrame:
     named = add_transitions(segments)
     steady = (named["from_label"] != "") & (named["from_label"] == named["to_label"])
     return named.assign(label=named["label"].where(~steady, named["from_label"]))
+
+
+def _is_machine_made(corpus: CorpusView, take: str, tier: str, author: str) -> bool:
+    """Whether a model labelled a tier: here, or before it came in as a file."""
+    if corpus.provenance(take, "tier", tier, author):
+        return True
+    table = corpus.tier(take, tier, author=author)
+    return bool(len(table)) and bool((table["origin"] == "model").all())
