@@ -26,7 +26,8 @@ from mimique.synthesis.avatar.sculpture import EYE_CENTRE, EYE_RADIUS, head_dist
 from mimique.synthesis.avatar.template import EYE, MOUTH
 from scipy.spatial import cKDTree
 
-LEFT, RIGHT, UP, DOWN, FRONT, BACK = X, -X, Y, -Y, Z, -Z
+LEFT, UP, FRONT = np.eye(3)
+DOWN = -UP
 
 
 @pytest.fixture(scope="module")
