@@ -38,7 +38,7 @@ def ingest(
     corpus: CorpusPath,
     files: Annotated[
         list[Path] | None,
-        typer.Argument(help="Recordings (.c3d, .trc) and annotations (.eaf, .TextGrid).", metavar="[FILES]..."),
+        typer.Argument(help="Recordings (.c3d, .trc) and annotations (.eaf, .TextGrid).", metavar="FILES"),
     ] = None,
     signer: Annotated[str | None, typer.Option(help="Code of the person recorded.")] = None,
     protocol: Annotated[str | None, typer.Option(help="Code of what was asked: IE, SE, IGE, EU, ROM …")] = None,
@@ -56,9 +56,10 @@ def ingest(
     author: Author = None,
     as_json: Json = False,
 ) -> None:
-    """Read recordings and annotation files into the corpus; each take is named after its file.
+    """Read recordings and annotations into the corpus.
 
-    The same bytes again change nothing. Annotations belong to the take of the same name.
+    Each take is named after its file. The same bytes again change nothing. Annotations belong to the take of the same
+    name.
     """
     from ...corpus import Corpus
     from ...errors import InputError
@@ -118,7 +119,7 @@ def show(
     at: At = None,
     as_json: Json = False,
 ) -> None:
-    """Show what the corpus holds, or one take with its solves, steps and tiers."""
+    """Show what the corpus, or one take, holds."""
     from ...corpus import Corpus
     from ..pipeline.describing import describe_corpus, describe_take
 
@@ -141,7 +142,10 @@ def tag(
     at: At = None,
     as_json: Json = False,
 ) -> None:
-    """Name a snapshot for good, so that it can be read and cited: ``--at NAME``."""
+    """Name a snapshot for good, or list the names.
+
+    Commands that read take ``--at NAME``.
+    """
     import pandas as pd
 
     from ...corpus import Corpus

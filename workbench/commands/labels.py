@@ -62,7 +62,10 @@ def label(
     author: Author = None,
     as_json: Json = False,
 ) -> None:
-    """Label the segments of takes by a model, as a tier of the model's own."""
+    """Label the segments of takes by a model.
+
+    The labels are a tier of the model's own; what people annotated stays.
+    """
     from ...corpus import Corpus
     from ..pipeline.labelling import label as run
     from ..progress import ConsoleReporter
@@ -81,7 +84,10 @@ def evaluate(
     at: At = None,
     as_json: Json = False,
 ) -> None:
-    """Train and test classifiers as the thesis does (Figure 4.4): per signer, on manual and automatic segments."""
+    """Train and test classifiers as the thesis does.
+
+    Per signer, on manual and automatic segments (Reverdy 2019, Figure 4.4).
+    """
     from ...corpus import Corpus
     from ...models import CLASSIFIERS
     from ..pipeline.evaluating import evaluate as run

@@ -26,7 +26,10 @@ def report(
     example: Annotated[str | None, typer.Option(help="Take whose segmentation is drawn.")] = None,
     at: At = None,
 ) -> None:
-    """Write one HTML page: recording times (Table B.1), residuals, segmentation, evaluation (Figure 4.4), history."""
+    """Write one HTML page about the corpus.
+
+    Recording times (Reverdy 2019, Table B.1), residuals, a segmentation, the evaluation (Figure 4.4), the history.
+    """
     from ...corpus import Corpus
     from ..pipeline.reporting import write_report
     from ..progress import ConsoleReporter
@@ -51,7 +54,10 @@ def play(
     size: Annotated[str, typer.Option(help="Of the film, in pixels.", metavar="WxH")] = "960x540",
     at: At = None,
 ) -> None:
-    """Watch a take: the face, the adapted markers, the labels. Space plays and pauses, arrows step."""
+    """Watch a take in a window, or render a film.
+
+    Shows the face, the adapted markers and the labels. Space plays and pauses, arrows step, the timeline seeks.
+    """
     from ...corpus import Corpus
     from ..pipeline.playing import parse_size, prepare_performance, render_movie
     from ..progress import ConsoleReporter
@@ -87,7 +93,10 @@ def export(
     solve: SolveName = None,
     at: At = None,
 ) -> None:
-    """Write one take's weights, tiers or markers; the suffix of the file says which."""
+    """Write one take's weights, tiers or markers to a file.
+
+    The suffix of the file says which.
+    """
     from ...corpus import Corpus
     from ..pipeline.exporting import export as run
 

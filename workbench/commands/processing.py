@@ -33,9 +33,10 @@ def solve(
     author: Author = None,
     as_json: Json = False,
 ) -> None:
-    """Take out head motion, adapt markers to the rig and solve for the weights of its shapes.
+    """Solve takes for the weights of a rig's shapes.
 
-    Takes that are unchanged since they were solved are skipped. An interrupted solve goes on where it was.
+    Takes out head motion, adapts the markers to the rig, and solves. Takes that are unchanged since they were solved
+    are skipped. An interrupted solve goes on where it was.
     """
     from ...corpus import Corpus
     from ..pipeline.ingesting import split_names
@@ -70,7 +71,7 @@ def segment(
     author: Author = None,
     as_json: Json = False,
 ) -> None:
-    """Cut takes into stable segments and transitions by the motion of their weights."""
+    """Cut takes into segments by how their weights move."""
     from ...corpus import Corpus
     from ..pipeline.segmenting import segment as run
     from ..progress import ConsoleReporter

@@ -23,7 +23,10 @@ def demo(
     seconds: Annotated[float, typer.Option(help="Length of the simulated corpus.")] = 120.0,
     seed: SeedOption = 0,
 ) -> None:
-    """Run the whole pipeline on simulated signers; leave a corpus, a report and a short film."""
+    """Run the whole pipeline on simulated signers.
+
+    Leaves a corpus, a report and a short film.
+    """
     from ..demo import run_demo
     from ..progress import ConsoleReporter
 
@@ -39,7 +42,10 @@ def simulate(
     difficulty: Difficulty = "medium",
     seed: SeedOption = 0,
 ) -> None:
-    """Write a simulated corpus as files: C3D recordings, ELAN tiers of two annotators, a list to ingest, the truth."""
+    """Write a simulated corpus as files.
+
+    C3D recordings, ELAN tiers of two annotators, a list to ingest, and, apart from them, the truth.
+    """
     from ..progress import ConsoleReporter
     from ..simulation_files import write_simulated_corpus
 
