@@ -1,6 +1,7 @@
 """The face: rigs, mesh operators, morph adaptation, weight solving, animation, the avatar and simulated signers."""
 
 from .arkit import ARKIT_NAMES, arkit_name, arkit_table
+from .diagnosis import Diagnosis, find_conspicuous_frames
 from .marker_map import check_marker_map, read_marker_map, write_marker_map
 from .marker_proposal import propose_marker_map
 from .maximum_posterior import estimate_noise
@@ -12,6 +13,7 @@ from .weight_solver import WeightSolver
 
 __all__ = [
     "ARKIT_NAMES",
+    "Diagnosis",
     "MorphMap",
     "Rig",
     "WeightPrior",
@@ -20,6 +22,7 @@ __all__ = [
     "arkit_table",
     "check_marker_map",
     "estimate_noise",
+    "find_conspicuous_frames",
     "propose_marker_map",
     "read_marker_map",
     "read_rig",

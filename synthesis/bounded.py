@@ -2,8 +2,9 @@
 
 ``J(c) = ‖r‖²/δ² + α κ cᵀ E c/δ² + ridge ‖c‖² + sparsity Σ c_i`` over ``0 ≤ c_i ≤ 1``,
 
-with ``δ``, ``κ`` and ``E`` as in :mod:`.lsts`. The box is what a shape's weight means (Reverdy 2019, 2.3.3); the ridge
-keeps shapes that nearly cancel each other from growing together, the sum keeps shapes that no marker sees at 0.
+with ``δ``, ``κ`` and ``E`` as in :mod:`.lsts`; smoothness over time may join it (:mod:`.smooth_box_qp`). The box is
+what a shape's weight means (Reverdy 2019, 2.3.3); the ridge keeps shapes that nearly cancel each other from growing
+together, the sum keeps shapes that no marker sees at 0.
 """
 
 from __future__ import annotations
@@ -41,11 +42,20 @@ class Bounded:
         self.quadratic, self.linear, self.constant = quadratic, linear, constant
         self.centre = np.zeros(len(quadratic)) if centre is None else centre
 
+    @property
+    def offset(self) -> Array:
+        """(N,) what the penalties add to half the slope of the data term at 0."""
+        return np.asarray(self.quadratic @ self.centre - 0.5 * self.linear)
+
     def prepare(self, basis: Array) -> Callable[[Array], Array]:
         """Return a function from (F, rows) displacements to (F, N) weights for a (rows, N) basis."""
-        program = BoxQP(basis.T @ basis + self.quadratic)
-        offset = self.quadratic @ self.centre - 0.5 * self.linear
-        return lambda displacements: program.solve(times(displacements, basis) + offset)
+        follow = self.follow(basis)
+        return lambda displacements: follow(displacements, None)
+
+    def follow(self, basis: Array) -> Callable[[Array, Array | None], Array]:
+        """Return the same function, with weights nearby to start from as a second argument."""
+        program, offset = BoxQP(basis.T @ basis + self.quadratic), self.offset
+        return lambda displacements, start: program.solve(times(displacements, basis) + offset, start)
 
     def data_term(self, squared_residuals: Array) -> Array:
         """Return ``‖r‖²/δ²`` per frame."""

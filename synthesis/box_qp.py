@@ -55,17 +55,25 @@ class BoxQP:
         condition = np.abs(self._H).sum(1).max() * np.abs(self._Q).sum(1).max()
         self._invertible = bool(condition < ILL_CONDITIONED)
 
-    def solve(self, g: Array) -> Array:
-        """Return the minimisers (F, N) for (F, N) linear terms."""
+    def solve(self, g: Array, start: Array | None = None) -> Array:
+        """Return the minimisers (F, N) for (F, N) linear terms.
+
+        ``start``, weights near the minimisers, takes the place of the guess; the minimisers do not depend on it.
+        """
         out = np.empty_like(g)
-        for start in range(0, len(g), ROWS):
-            part = slice(start, start + ROWS)
-            out[part] = self._solve_block(g[part] * self._scale) * self._scale
+        for first in range(0, len(g), ROWS):
+            part = slice(first, first + ROWS)
+            near = None if start is None else start[part] / self._scale
+            out[part] = self._solve_block(g[part] * self._scale, near) * self._scale
         return out
 
-    def _solve_block(self, g: Array) -> Array:
+    def _solve_block(self, g: Array, near: Array | None) -> Array:
         free = times(g, self._Q)
-        c, force = self._guess(g, free)
+        if near is None:
+            c, force = self._guess(g, free)
+        else:
+            c = np.clip(near, self._lower, self._upper)
+            force = (c >= self._upper).astype(float) - (c <= self._lower)
         left = self._correct(free, c, force) if self._invertible else np.arange(len(g))
         if len(left):
             c[left] = self._finish(g[left], c[left])

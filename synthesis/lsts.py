@@ -93,7 +93,7 @@ class LSTS:
 
     def prepare(self, basis: Array) -> Callable[[Array], Array]:
         """Return a function from (F, rows) displacements to (F, N) weights for a (rows, N) basis."""
-        H = 2.0 * (basis.T @ basis + self.alpha * self.energy)
+        H = self._hessian(basis)
         # One Newton step from rest, kept within the bounds, is near the minimum.
         slope, curve = self.bounds.derivatives(np.zeros(1))
         first = np.linalg.inv(H + curve * np.eye(len(H)))
@@ -104,6 +104,20 @@ class LSTS:
             return newton.minimise(H, g, start, self.bounds)
 
         return solve
+
+    def follow(self, basis: Array) -> Callable[[Array, Array | None], Array]:
+        """Return the same function, with weights nearby to start from as a second argument."""
+        H, anew = self._hessian(basis), self.prepare(basis)
+
+        def solve(displacements: Array, start: Array | None) -> Array:
+            if start is None:
+                return anew(displacements)
+            return newton.minimise(H, 2.0 * times(displacements, basis), start, self.bounds)
+
+        return solve
+
+    def _hessian(self, basis: Array) -> Array:
+        return 2.0 * (basis.T @ basis + self.alpha * self.energy)
 
     def data_term(self, squared_residuals: Array) -> Array:
         """Return ``‖r‖²/δ²`` per frame."""

@@ -44,17 +44,6 @@ class Potential(Protocol):
         ...
 
 
-ROWS = 256  # Frames at a time, such that their arrays stay in cache.
-GRADIENT_STEPS = 44
-FRESH_STEPS = (0, 4)  # Where the shared matrix is made anew.
-FEW = 4  # So few frames go straight to Newton.
-DONE = 1e-9  # Preconditioned gradient, that is, about the distance to the minimum.
-# Newton's error squares with every full step: a last step this long leaves about its square.
-LAST_STEP = 1e-5
-NEWTON_STEPS = 200
-MAX_HALVINGS = 40
-
-
 def minimise(H: Array, g: Array, start: Array, phi: Potential) -> Array:
     """Return the minimisers, (F, N), to about 1e-9.
 

@@ -32,6 +32,13 @@ ALPHAS = {"lsts": 0.3, "lsts-published": 0.3, "bounded": 0.001, "map": 0.001}
 """Default α of each method that has one: the share of the thin-shell energy. The thesis chose 0.3 of 0.3, 0.5, 0.7."""
 
 
+TIME_CONSTANT = 0.025
+"""A good ``smoothness``, s, for faces: motion slower than about 6 Hz passes, as most of a face's does."""
+
+SMOOTHNESS = 0.0
+"""Default ``smoothness``, s: none."""
+
+
 class Method(Protocol):
     """What a way of solving must offer; lengths are in the solver's unit."""
 
@@ -71,6 +78,7 @@ class MethodOptions:
     sparsity: float
     noise: float | None
     unit: float
+    smoothness: float = SMOOTHNESS
 
     def __post_init__(self) -> None:
         """Check every parameter."""
@@ -89,6 +97,7 @@ class MethodOptions:
             "alpha": (0.0, 1.0, "from 0 to 1"),
             **{name: (tiny, np.finfo(float).max, "above 0") for name in ("s", "unit", "noise")},
             **{name: (0.0, np.finfo(float).max, "of 0 or more") for name in ("ridge", "sparsity", "k_s", "k_b")},
+            "smoothness": (0.0, 10.0, "of seconds from 0 to 10"),
         }
         for name, (least, most, words) in ranges.items():
             number = getattr(self, name)

@@ -15,13 +15,22 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..arrays import check_array
 from ..errors import InputError
+from .bounded import Bounded
+from .diagnosis import Diagnosis, diagnose
 from .marker_map import check_vertices
 from .marker_space import check_space
 from .rig import Rig
-from .weight_methods import MethodOptions, make_method
+from .smooth_runs import acceleration_term, solve_runs
+from .torch_backend import TorchMethod, on_torch
+from .weight_methods import SMOOTHNESS, MethodOptions, make_method
 from .weight_prior import WeightPrior
+from .weight_stream import WeightStream
 
 Array = NDArray[np.floating[Any]]
+
+
+BLOCK_SIZE = 2048
+"""Frames that NumPy solves at a time: their matrices stay in the processor's cache."""
 
 
 class WeightSolver:
@@ -55,10 +64,19 @@ class WeightSolver:
         :func:`.estimate_noise` tells it from the residuals of a first solve.
     unit
         Length, mm, of the unit in which ``lsts-published`` is evaluated; 10 (cm) by default.
+    smoothness
+        Time constant, s, of the smoothness over time that ``bounded`` and ``map`` have when :meth:`solve` is told a
+        rate (:mod:`.smooth_box_qp`); 0, the default, for none, :data:`.weight_methods.TIME_CONSTANT` suits faces.
+    backend
+        ``numpy``, or ``torch`` to solve frames on a GPU where there is one (:mod:`.torch_backend`); the same weights to
+        1e-5. Smoothness over time stays on the CPU.
+    device
+        Of torch, ``cuda`` or ``cpu``; a GPU if there is one by default.
     minimum_markers
         Frames with fewer visible markers get NaN; a quarter of the markers and at least four by default.
     block_size
-        Frames that are solved at a time; bounds the memory, does not change the weights.
+        Frames that are solved at a time; bounds the memory, does not change the weights. What suits the backend by
+        default.
 
     Raises
     ------
@@ -86,22 +104,29 @@ class WeightSolver:
         sparsity: float = 0.002,
         noise: float | None = None,
         unit: float = 10.0,
+        smoothness: float = SMOOTHNESS,
+        backend: str = "numpy",
+        device: str | None = None,
         minimum_markers: int | None = None,
-        block_size: int = 2048,
+        block_size: int | None = None,
     ) -> None:
         self.options = MethodOptions(
             method or ("bounded" if prior is None else "map"),
-            *(alpha, form, prior, k_s, k_b, s, l_inf, l_sup, ridge, sparsity, noise, unit),
+            *(alpha, form, prior, k_s, k_b, s, l_inf, l_sup, ridge, sparsity, noise, unit, smoothness),
         )
         self.rig, self.vertices = rig, check_vertices(rig, vertices)
         n_markers = len(self.vertices)
         self.rest = rig.neutral[self.vertices]
         default = min(n_markers, max(4, -(-n_markers // 4)))
         self.minimum_markers = default if minimum_markers is None else int(minimum_markers)
-        self.block_size = int(block_size)
+        if backend not in ("numpy", "torch"):
+            raise InputError(f"backend: expected numpy or torch, but got {backend!r}")
+        self._method, self.unit = make_method(self.options, rig, self.vertices)
+        self._frames = on_torch(self._method, device) if backend == "torch" else self._method
+        suited = self._frames.block_size if isinstance(self._frames, TorchMethod) else BLOCK_SIZE
+        self.block_size = suited if block_size is None else int(block_size)
         if self.minimum_markers < 1 or self.block_size < 1:
             raise InputError("minimum_markers and block_size: expected 1 or more")
-        self._method, self.unit = make_method(self.options, rig, self.vertices)
         self._basis = rig.deltas[:, self.vertices].transpose(1, 2, 0) / self.unit
 
     def solve(self, positions: ArrayLike, rate: float | None = None) -> Array:
@@ -113,7 +138,8 @@ class WeightSolver:
             (F, P, 3) marker positions in the rig's space, mm; NaN where a marker is missing: it is left out of that
             frame.
         rate
-            Frames per second, for methods that are smooth over time.
+            Frames per second. With it ``bounded`` and ``map`` are smooth over time, unless ``smoothness`` is 0; the
+            other methods do not look at it.
 
         Returns
         -------
@@ -125,28 +151,65 @@ class WeightSolver:
             If the positions are not in the rig's space; a likely unit is named.
         """
         positions = self._check_positions(positions)
+        method = self._method
+        if not self._is_smooth(rate) or rate is None or not isinstance(method, Bounded):
+            return self._solve_frames(positions)
+        solvable = np.isfinite(positions).all(2).sum(1) >= self.minimum_markers
+        return solve_runs(
+            method,
+            self._basis.reshape(-1, self.rig.n_shapes),
+            lambda part: (positions[part] - self.rest) / self.unit,
+            solvable,
+            rate,
+            self.options.smoothness,
+            lambda frames: self._solve_frames(positions[frames]),
+        )
+
+    def stream(self) -> WeightStream:
+        """Return a solver of one frame at a time: ``stream.push(frame)``; without smoothness over time."""
+        return WeightStream(self)
+
+    def _is_smooth(self, rate: float | None) -> bool:
+        """Tell whether a solve at this rate is smooth over time; refuse a rate that is none."""
+        if rate is not None and not (np.isfinite(rate) and rate > 0):
+            raise InputError(f"rate: expected frames per second, above 0, but got {rate}")
+        return rate is not None and self.options.smoothness > 0 and isinstance(self._method, Bounded)
+
+    def _solve_frames(self, positions: Array) -> Array:
+        """Solve every frame for itself."""
         weights = np.full((len(positions), self.rig.n_shapes), np.nan)
         for visible, frames in self._groups(positions):
-            solve = self._method.prepare(np.ascontiguousarray(self._basis[visible].reshape(-1, self.rig.n_shapes)))
+            solve = self._frames.prepare(np.ascontiguousarray(self._basis[visible].reshape(-1, self.rig.n_shapes)))
             for start in range(0, len(frames), self.block_size):
                 block = frames[start : start + self.block_size]
                 moved = (positions[np.ix_(block, visible)] - self.rest[visible]) / self.unit
                 weights[block] = solve(moved.reshape(len(block), -1))
         return weights
 
-    def objective(self, positions: ArrayLike, weights: ArrayLike) -> Array:
-        """Return (F,) the value that :meth:`solve` minimises in each frame, without unit; NaN where it solves none."""
+    def objective(self, positions: ArrayLike, weights: ArrayLike, rate: float | None = None) -> Array:
+        """Return (F,) the value that :meth:`solve` minimises in each frame, without unit; NaN where it solves none.
+
+        With a rate, where the method is smooth over time, frames with two neighbours have ``τ⁴ ‖ẅ‖²`` added, and it is
+        the sum over the frames that :meth:`solve` minimises. Above one frame a time constant it does so among splines
+        (:mod:`.spline_basis`).
+        """
         positions = self._check_positions(positions)
         weights = self._check_weights(weights, len(positions))
         squares = self._squared_residuals(positions, weights) / self.unit**2
         value = self._method.data_term(np.nansum(squares, axis=1)) + self._method.penalty(weights)
         enough = np.isfinite(positions).all(2).sum(1) >= self.minimum_markers
+        if self._is_smooth(rate) and rate is not None:
+            value = value + acceleration_term(weights, rate, self.options.smoothness)
         return np.where(enough & np.isfinite(weights).all(1), value, np.nan)
 
     def residuals(self, positions: ArrayLike, weights: ArrayLike) -> Array:
         """Return (F, P) the distance, mm, of each marker from where the weights put it; NaN where it is missing."""
         positions = self._check_positions(positions)
         return np.sqrt(self._squared_residuals(positions, self._check_weights(weights, len(positions))))
+
+    def diagnose(self, positions: ArrayLike, weights: ArrayLike) -> Diagnosis:
+        """Return residual, cardinality, roughness and bound violation of every frame (:mod:`.diagnosis`)."""
+        return diagnose(self, positions, weights)
 
     def _squared_residuals(self, positions: Array, weights: Array) -> Array:
         out = np.empty(positions.shape[:2])

@@ -25,6 +25,9 @@ def solve(
     alpha: Annotated[float | None, typer.Option(help="Share of the thin-shell energy, 0 to 1.")] = None,
     form: Annotated[str | None, typer.Option(help="Of the thin-shell energy: energy or residual.")] = None,
     kernel: Annotated[str, typer.Option(help="Kernel of the morph map.")] = "triharmonic",
+    smoothness: Annotated[
+        float, typer.Option(help="Smoothness over time of bounded and map, s; 0.025 suits faces, 0 is none.")
+    ] = 0.0,
     marker_map: Annotated[str, typer.Option("--map", help="Name of the rig's marker map.")] = "default",
     head_markers: Annotated[
         str | None, typer.Option(help="Markers on the skull, in place of those named at ingest: A,B,C.")
@@ -51,6 +54,7 @@ def solve(
         alpha=alpha,
         form=form,
         kernel=kernel,
+        smoothness=smoothness,
         name=name,
         head_markers=split_names(head_markers),
     )

@@ -13,6 +13,7 @@ from ...corpus import Corpus
 from ...errors import InputError, MimiqueError
 from ...features import motion_energy
 from ...models import Evaluation, recording_times
+from ...synthesis.diagnosis import find_conspicuous_frames
 from ..progress import Reporter
 from ..report import ReportData, SegmentationExample, build_report
 from ..text_files import write_text
@@ -152,6 +153,7 @@ def _gather_residuals(corpus: Corpus) -> pd.DataFrame | None:
                     "p95": float(np.quantile(solved, 0.95)),
                     "max": float(solved.max()),
                     "unsolved": int(len(residual) - len(solved)),
+                    "conspicuous": int(find_conspicuous_frames(residual).sum()),
                 }
             )
     return pd.DataFrame(rows) if rows else None
@@ -214,6 +216,8 @@ def _note_quality(corpus: Corpus, residuals: pd.DataFrame | None) -> list[str]:
                     f"{row.take}: its median residual of {row.median:.2f} mm is more than {CONSPICUOUS:g} times the "
                     f"corpus's {typical:.2f} mm; look at its head markers and its neutral."
                 )
+        for row in residuals[residuals["conspicuous"] > 0].itertuples():
+            notes.append(f"{row.take}: {row.conspicuous} frames have a residual that stands out from the take's own.")
         unsolved = residuals[residuals["unsolved"] > 0]
         for row in unsolved.itertuples():
             notes.append(f"{row.take}: {row.unsolved} frames have no weights, for lack of visible markers.")

@@ -46,6 +46,8 @@ class SolveOptions:
         Of the thin-shell energy, ``energy`` or ``residual``; the method's default if left out.
     kernel
         Of the morph map.
+    smoothness
+        Time constant of the smoothness over time of ``bounded`` and ``map``, s; 0 for none.
     name
         Of the solve; ``<rig>-<method>`` if left out.
     head_markers
@@ -58,6 +60,7 @@ class SolveOptions:
     alpha: float | None = None
     form: str | None = None
     kernel: str = "triharmonic"
+    smoothness: float = 0.0
     name: str | None = None
     head_markers: tuple[str, ...] = ()
 
@@ -72,6 +75,7 @@ class SolveOptions:
             "alpha": self.alpha,
             "form": self.form,
             "kernel": self.kernel,
+            "smoothness": self.smoothness,
             "map": self.marker_map,
         }
 
@@ -98,6 +102,7 @@ class SessionSolver:
             form=options.form,
             prior=prior,
             noise=noise,
+            smoothness=options.smoothness,
         )
 
     def solve_take(self, name: str) -> dict[str, NDArray]:
@@ -108,7 +113,7 @@ class SessionSolver:
         adapted = self._adapt(calm.positions, neutral, name)
         try:
             weights = self._solver.solve(adapted, rate=tracked.rate)
-            residuals = self._solver.residuals(adapted, weights)
+            diagnosis = self._solver.diagnose(adapted, weights)
         except RigError as error:
             raise RigError(f"take {name!r}: {error}") from error
         return {
@@ -122,7 +127,10 @@ class SessionSolver:
             "adapted": adapted,
             "mapped": np.asarray([tracked.markers[i] for i in self.mapped]),
             "weights": weights,
-            "residual": _root_mean_square(np.asarray(residuals)),
+            "residual": diagnosis.residual,
+            "cardinality": diagnosis.cardinality,
+            "roughness": diagnosis.roughness,
+            "bound_violation": diagnosis.bound_violation,
             "prior": np.asarray(", ".join(self.learned_from) or "none"),
         }
 
@@ -175,11 +183,3 @@ class SessionSolver:
             return None, None
         self.learned_from = own
         return WeightPrior.fit(every), estimate_noise(left, self._rig.n_shapes)
-
-
-def _root_mean_square(residuals: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(n_frames, n_markers) distances to (n_frames,), over the markers that are seen; NaN where none is."""
-    seen = np.isfinite(residuals)
-    count = seen.sum(axis=1)
-    total = np.where(seen, residuals, 0.0) ** 2
-    return np.where(count > 0, np.sqrt(total.sum(axis=1) / np.maximum(count, 1)), np.nan)

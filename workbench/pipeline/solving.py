@@ -16,10 +16,14 @@ from ...corpus.transaction import Transaction
 from ...corpus.view import CorpusView
 from ...errors import CorpusError, InputError, NotFoundError
 from ...synthesis import Rig
+from ...synthesis.diagnosis import find_conspicuous_frames
 from ..progress import Reporter, Step
 from ..scratch import Scratch
 from .session_solver import SessionSolver, SolveOptions
 from .stabilising import group_sessions, prepare_session
+
+PER_FRAME = ("residual", "cardinality", "roughness", "bound_violation")
+"""What is stored of every frame beside its weights; see :mod:`mimique.synthesis.diagnosis`."""
 
 
 def choose_rig(corpus: CorpusView, name: str | None) -> str:
@@ -72,7 +76,8 @@ def solve(
     -------
     DataFrame
         One row a take: ``take, outcome`` (solved, unchanged), ``frames, unsolved`` (frames without weights),
-        ``residual`` (median over frames of the markers' root mean square distance, mm).
+        ``residual`` (median over frames of the markers' root mean square distance, mm), ``conspicuous`` (frames with a
+        residual that stands out from the take's own).
 
     Raises
     ------
@@ -103,7 +108,7 @@ def solve(
             edit.set_current_solve(name, plan.solve)
             rows.append(_row(name, "unchanged", edit.weights(name, plan.solve)))
     plan.scratch.drop(provenance["fingerprint"] for provenance in plan.pending.values())
-    columns = ["take", "outcome", "frames", "unsolved", "residual"]
+    columns = ["take", "outcome", "frames", "unsolved", "residual", "conspicuous"]
     return pd.DataFrame(rows, columns=columns).sort_values("take", ignore_index=True)
 
 
@@ -200,7 +205,10 @@ def _put_results(edit: Transaction, plan: _Plan, name: str, shapes: Sequence[str
         {"rig": plan.rig},
     )
     weights = xr.Dataset(
-        {"weights": (("time", "shape"), arrays["weights"]), "residual": (("time",), arrays["residual"])},
+        {
+            "weights": (("time", "shape"), arrays["weights"]),
+            **{name: (("time",), arrays[name]) for name in PER_FRAME},
+        },
         {"shape": list(shapes)},
         {"rig": plan.rig, "method": plan.options.method, "neutral": source, "prior": str(arrays["prior"])},
     )
@@ -219,4 +227,5 @@ def _row(name: str, outcome: str, weights: xr.Dataset) -> dict[str, Any]:
         "frames": len(residual),
         "unsolved": int((~solved).sum()),
         "residual": float(np.median(residual[solved])) if solved.any() else np.nan,
+        "conspicuous": int(find_conspicuous_frames(residual).sum()),
     }
