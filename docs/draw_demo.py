@@ -24,7 +24,7 @@ def main() -> None:
         performance = prepare_performance(Corpus.open(Path(folder) / "demo" / "corpus"), TAKE)
         with Scene(performance, (960, 540)) as scene:
             image = scene.image(int(np.nan_to_num(np.linalg.norm(performance.weights, axis=1)).argmax()))
-    Image.fromarray(image).quantize(255, dither=Image.Dither.NONE).save(target, optimize=True)
+    Image.fromarray(image).save(target, optimize=True)
     print(target)
 
 
