@@ -18,7 +18,6 @@ __all__ = [
     "affect_pose",
     "base_head",
     "build_avatar",
-    "default_marker_map",
     "default_markers",
     "landmarks",
     "mirror_pairs",
@@ -26,8 +25,6 @@ __all__ = [
     "regions",
     "vertex_colours",
 ]
-
-default_marker_map = default_markers
 
 
 def build_avatar(morphology: Morphology | None = None) -> Rig:

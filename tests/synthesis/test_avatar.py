@@ -44,10 +44,6 @@ def moves(rig, shape, vertex):
     return rig.deltas[rig.index(shape), vertex]
 
 
-def as_right(name):
-    return name.replace("_left", "_RIGHT").replace("_right", "_left").replace("_RIGHT", "_right")
-
-
 def test_the_face_is_exactly_symmetric(rig):
     pair = mirror_pairs()
     assert np.array_equal(pair[pair], np.arange(rig.n_vertices))

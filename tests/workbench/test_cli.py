@@ -359,6 +359,17 @@ def test_a_take_in_the_wrong_unit_is_refused_by_name(corpus, tmp_path, capsys):
     assert_refused(capsys, corpus, ["solve", corpus, "--take", "tiny"], "tiny", "metres")
 
 
+def test_a_take_too_short_to_learn_a_prior_from_is_solved_without_one(corpus, tmp_path):
+    write_performance(tmp_path / "short.c3d", make_weights([(0.4, JOY)])[:40], seed=8)
+    words = ["ingest", corpus, tmp_path / "short.c3d", "--signer", "other", "--head-markers", HEAD_LIST]
+    assert run([str(word) for word in words]) == 0
+    assert run(["solve", str(corpus)]) == 0
+    opened = Corpus.open(corpus)
+    short, good = (opened.weights(name).attrs for name in ("short", "good"))
+    assert (short["method"], short["prior"]) == ("bounded", "none")
+    assert (good["method"], good["prior"]) == ("map", "good")
+
+
 def test_interrupted_solve_leaves_the_corpus_and_goes_on(corpus, tmp_path, monkeypatch):
     for k in range(6):
         write_performance(tmp_path / f"t{k}.c3d", make_weights([(0.4, JOY)]), seed=20 + k)

@@ -131,6 +131,7 @@ class SessionSolver:
             "cardinality": diagnosis.cardinality,
             "roughness": diagnosis.roughness,
             "bound_violation": diagnosis.bound_violation,
+            "method": np.asarray(self._solver.options.method),  # bounded, where map had nothing to learn from
             "prior": np.asarray(", ".join(self.learned_from) or "none"),
         }
 

@@ -95,7 +95,7 @@ def solve(
     for name in wanted - set(everything):
         corpus.take(name)  # says which takes there are
 
-    plan = _Plan(options.solve_name(rig_name), rig_name, options, Scratch(corpus.path))
+    plan = _Plan(options.solve_name(rig_name), rig_name, rig, options, Scratch(corpus.path))
     groups = [group for group in group_sessions(corpus, options.head_markers) if wanted & set(group)]
     with reporter.stage("Solving", len(wanted)) as finished:
         for group in groups:
@@ -103,7 +103,7 @@ def solve(
     with corpus.transaction(
         plan.message(), command="solve", parameters={"rig": rig_name, **options.parameters()}, author=author
     ) as edit:
-        rows = [_row(name, "solved", _put_results(edit, plan, name, rig.shapes)) for name in plan.pending]
+        rows = [_row(name, "solved", _put_results(edit, plan, name)) for name in plan.pending]
         for name in plan.unchanged:
             edit.set_current_solve(name, plan.solve)
             rows.append(_row(name, "unchanged", edit.weights(name, plan.solve)))
@@ -117,7 +117,8 @@ class _Plan:
     """What one run does: the takes to write, with where their weights come from, and those that stay as they are."""
 
     solve: str
-    rig: str
+    rig_name: str
+    rig: Rig
     options: SolveOptions
     scratch: Scratch
     pending: dict[str, dict[str, Any]] = field(default_factory=dict)
@@ -128,13 +129,13 @@ class _Plan:
         if not self.pending:
             return f"Make {self.solve} the current solve"
         what = f"{len(self.pending)} takes" if len(self.pending) > 1 else next(iter(self.pending))
-        return f"Solve {what} on {self.rig} with {self.options.method}"
+        return f"Solve {what} on {self.rig_name} with {self.options.method}"
 
 
 def _solve_group(corpus: CorpusView, plan: _Plan, group: Sequence[str], wanted: set[str], finished: Step) -> None:
     """Solve the wanted takes of a signer's session into the scratch folder; the session is prepared if any needs it."""
     solver: SessionSolver | None = None
-    provenances = _describe_group(corpus, group, plan.rig, plan.options)
+    provenances = _describe_group(corpus, group, plan.rig_name, plan.options)
     for name in (n for n in group if n in wanted):
         provenance = provenances[name]
         if corpus.is_done(provenance, name, "weights", plan.solve):
@@ -149,8 +150,8 @@ def _solve_group(corpus: CorpusView, plan: _Plan, group: Sequence[str], wanted: 
 
 def _make_solver(corpus: CorpusView, plan: _Plan, group: Sequence[str]) -> SessionSolver:
     session = prepare_session(corpus, group, plan.options.head_markers)
-    rig = Rig.from_dataset(corpus.rig(plan.rig))
-    return SessionSolver(corpus, rig, corpus.marker_map(plan.rig, plan.options.marker_map), session, plan.options)
+    table = corpus.marker_map(plan.rig_name, plan.options.marker_map)
+    return SessionSolver(corpus, plan.rig, table, session, plan.options)
 
 
 def _describe_group(
@@ -180,7 +181,7 @@ def _describe_group(
     }
 
 
-def _put_results(edit: Transaction, plan: _Plan, name: str, shapes: Sequence[str]) -> xr.Dataset:
+def _put_results(edit: Transaction, plan: _Plan, name: str) -> xr.Dataset:
     """Store all that a solve gave for a take; return the weights."""
     provenance = plan.pending[name]
     arrays = plan.scratch.get(provenance["fingerprint"])
@@ -202,15 +203,15 @@ def _put_results(edit: Transaction, plan: _Plan, name: str, shapes: Sequence[str
     adapted = xr.Dataset(
         {"position": (("time", "marker", "space"), arrays["adapted"])},
         {"marker": [str(m) for m in arrays["mapped"]], "space": space},
-        {"rig": plan.rig},
+        {"rig": plan.rig_name},
     )
     weights = xr.Dataset(
         {
             "weights": (("time", "shape"), arrays["weights"]),
             **{name: (("time",), arrays[name]) for name in PER_FRAME},
         },
-        {"shape": list(shapes)},
-        {"rig": plan.rig, "method": plan.options.method, "neutral": source, "prior": str(arrays["prior"])},
+        {"shape": list(plan.rig.shapes)},
+        {"rig": plan.rig_name, "method": str(arrays["method"]), "neutral": source, "prior": str(arrays["prior"])},
     )
     edit.put_processed(name, "stabilised", stabilised, provenance=provenance)
     edit.put_processed(name, f"adapted-{plan.solve}", adapted, provenance=provenance)
