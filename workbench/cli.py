@@ -13,7 +13,19 @@ import typer
 
 from .. import __version__
 from ..errors import MimiqueError
-from .commands import ancestry, checking, corpus, labels, media, outputs, processing, simulation, versions, vocabulary
+from .commands import (
+    ancestry,
+    checking,
+    corpus,
+    evaluation,
+    labels,
+    media,
+    outputs,
+    processing,
+    simulation,
+    versions,
+    vocabulary,
+)
 from .warning_lines import warnings_in_one_line
 
 app = typer.Typer(
@@ -39,7 +51,19 @@ def _root(
     pass
 
 
-for group in (simulation, corpus, media, checking, processing, labels, vocabulary, versions, ancestry, outputs):
+for group in (
+    simulation,
+    corpus,
+    media,
+    checking,
+    processing,
+    labels,
+    evaluation,
+    vocabulary,
+    versions,
+    ancestry,
+    outputs,
+):
     group.register(app)
 
 

@@ -27,6 +27,9 @@ SolveName = Annotated[str | None, typer.Option("--solve", help="Name of the solv
 Signers = Annotated[
     list[str] | None, typer.Option("--signer", help="Only takes of this signer; may be given several times.")
 ]
+Annotator = Annotated[
+    str | None, typer.Option(help="Whose tier 'affect' is the reference; who annotated most by default.")
+]
 
 
 def print_table(table: pd.DataFrame, as_json: bool, empty: str = "nothing") -> None:

@@ -16,9 +16,9 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.cluster import KMeans
 from sklearn.metrics import pairwise_distances_argmin
 
-from ..arrays import check_array
-from ..errors import InputError
-from ..synthesis import Rig
+from ...arrays import check_array
+from ...errors import InputError
+from ...synthesis import Rig
 
 __all__ = ["find_moving_vertices", "kmeans_layout", "normalise_trajectories"]
 
