@@ -28,7 +28,15 @@ from ..arrays import check_array
 from ..errors import InputError
 from .formats.units import MILLIMETRES, parse_length_unit
 
-__all__ = ["POSITION_KINDS", "check_take", "from_movement", "make_take", "select_markers", "to_movement"]
+__all__ = [
+    "POSITION_KINDS",
+    "check_take",
+    "from_movement",
+    "make_bare_take",
+    "make_take",
+    "select_markers",
+    "to_movement",
+]
 
 SPACE = ["x", "y", "z"]
 
@@ -47,6 +55,7 @@ def make_take(
     kind: str | Sequence[str] | None = None,
     unit: str | Sequence[str] | None = None,
     start: float = 0.0,
+    without_markers: bool = False,
     **attributes: Any,
 ) -> xr.Dataset:
     """Build a take from an array of positions.
@@ -122,16 +131,39 @@ def make_take(
         },
         attrs={"rate": rate, **{k: v for k, v in attributes.items() if v is not None}},
     )
-    check_take(take)
+    check_take(take, without_markers=without_markers)
     return take
 
 
-def check_take(take: xr.Dataset) -> None:
+def make_bare_take(n_frames: int, rate: float, *, start: float = 0.0, **attributes: Any) -> xr.Dataset:
+    """Return a take without markers, for a performance of which only the weights are known.
+
+    Parameters
+    ----------
+    n_frames, rate, start, attributes
+        As of :func:`make_take`.
+
+    Raises
+    ------
+    InputError
+        If there are no frames, or the rate is not above 0.
+    """
+    return make_take(np.zeros((n_frames, 0, 3)), [], rate, start=start, without_markers=True, **attributes)
+
+
+def check_take(take: xr.Dataset, *, without_markers: bool = False) -> None:
     """Refuse a dataset that is not a usable take, with every fault in one line.
 
     Checked: the variable ``position`` with dimensions (time, marker, space) and three space axes; ``rate`` > 0;
     time stamps that rise evenly by 1 / rate (to 1 % of a frame); marker names that are there, unique and free of
     control characters; at least one frame, one marker and one position that is not missing.
+
+    Parameters
+    ----------
+    take
+        The dataset.
+    without_markers
+        Whether a take without any marker will do: one of which only the weights are known.
 
     Raises
     ------
@@ -143,7 +175,7 @@ def check_take(take: xr.Dataset) -> None:
     position = take["position"]
     if set(position.dims) != {"time", "marker", "space"}:
         raise InputError(f"take: expected position (time, marker, space), but got {tuple(map(str, position.dims))}")
-    problems = [*_shape_problems(take), *_time_problems(take), *_name_problems(take)]
+    problems = [*_shape_problems(take, without_markers), *_time_problems(take), *_name_problems(take)]
     values = np.asarray(position.values)
     if not np.issubdtype(values.dtype, np.floating):
         problems.append(f"expected positions as floating-point numbers, but got {values.dtype}")
@@ -263,11 +295,11 @@ def _number(value: Any, name: str) -> float:
         raise InputError(f"{name}: expected a number, but got {value!r}") from error
 
 
-def _shape_problems(take: xr.Dataset) -> list[str]:
+def _shape_problems(take: xr.Dataset, without_markers: bool) -> list[str]:
     problems = []
     if take.sizes["time"] == 0:
         problems.append("there are no frames")
-    if take.sizes["marker"] == 0:
+    if take.sizes["marker"] == 0 and not without_markers:
         problems.append("there are no markers")
     if take.sizes["space"] != 3:
         problems.append(f"expected 3 space axes, but got {take.sizes['space']}")

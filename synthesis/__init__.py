@@ -8,6 +8,7 @@ from .maximum_posterior import estimate_noise
 from .morph_map import MorphMap
 from .rig import Rig
 from .rig_files import read_rig
+from .shape_mapping import ShapeMapping
 from .weight_prior import WeightPrior
 from .weight_solver import WeightSolver
 
@@ -16,6 +17,7 @@ __all__ = [
     "Diagnosis",
     "MorphMap",
     "Rig",
+    "ShapeMapping",
     "WeightPrior",
     "WeightSolver",
     "arkit_name",

@@ -69,6 +69,21 @@ def arkit_name(shape: str) -> str | None:
     return _LOOKUP.get(stem + word) or _LOOKUP.get(stem)
 
 
+def arkit_side(shape: str) -> str | None:
+    """Return the side of a shape that a rig splits and ARKit does not: ``"left"``, ``"right"``, or None for a whole.
+
+    Examples
+    --------
+    >>> arkit_side("browInnerUp_L"), arkit_side("browInnerUp"), arkit_side("mouthSmile_L")
+    ('left', None, None)
+    """
+    name = arkit_name(shape)
+    if name is None or name.endswith(("Left", "Right")):
+        return None
+    side = _SIDE.search(shape)
+    return None if side is None else "left" if side.group(1).lower() in ("left", "l") else "right"
+
+
 def match_shapes(shapes: Sequence[str], source: Sequence[str]) -> list[int | None]:
     """Return for each shape the place in ``source`` of what drives it: its own name, else the same ARKit name, or None.
 

@@ -54,7 +54,7 @@ class Transaction(TakeEdit):
             If another take of that name is there and ``replace`` is not set, or tiers reach beyond the new take.
         """
         path = take_path(take)
-        check_take(dataset)
+        check_take(dataset, without_markers=True)
         ordered = dataset
         if dataset["position"].dims != ("time", "marker", "space") or dataset["position"].dtype != np.float64:
             position = dataset["position"].transpose("time", "marker", "space").astype(np.float64)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from .options import At, CorpusPath, SolveName, TakeName
+from .options import At, CorpusPath, RigName, SolveName, TakeName
 
 
 def register(app: typer.Typer) -> None:
@@ -45,6 +45,7 @@ def play(
         Path | None, typer.Option(help="Render to this file instead of a window.", metavar="FILE.mp4")
     ] = None,
     solve: SolveName = None,
+    rig: RigName = None,
     tiers: Annotated[
         list[str] | None, typer.Option("--tier", help="Tier to show, TIER or TIER@AUTHOR; may be given several times.")
     ] = None,
@@ -66,7 +67,7 @@ def play(
     if movie is None:
         from ...synthesis.playback import play as show
 
-        show(prepare_performance(opened, take, solve=solve, tiers=tiers))
+        show(prepare_performance(opened, take, solve=solve, rig=rig, tiers=tiers))
         return
     print(
         render_movie(
@@ -74,6 +75,7 @@ def play(
             take,
             movie,
             solve=solve,
+            rig=rig,
             tiers=tiers,
             start=start,
             seconds=seconds,

@@ -26,6 +26,7 @@ from ...corpus.checks.quality import find_coinciding_markers
 from ...corpus.formats.recordings import RECORDING_SUFFIXES, detect_content
 from ...corpus.formats.weights_files import read_weights
 from ...corpus.store.transaction import Transaction
+from ...corpus.take import make_bare_take
 from ...errors import ConflictError, InputError, MimiqueError
 from ..progress import Reporter
 from .tier_files import document_start
@@ -49,7 +50,8 @@ class Recording:
     Parameters
     ----------
     path
-        A recording, or weights or annotations, which belong to the take of the file's name.
+        A recording, or weights or annotations, which belong to the take of the file's name. Weights whose take has no
+        markers make a take of their own.
     signer, protocol
         Codes, such as ``ab`` and ``IE``.
     head_markers
@@ -159,8 +161,8 @@ def ingest(
     names = ", ".join(r.path.name for r in files[:3]) + (f" and {len(files) - 3} more" if len(files) > 3 else "")
     parameters = {"files": [r.path.name for r in files], "replace": replace}
     with corpus.transaction(f"Ingest {names}", command="ingest", parameters=parameters, author=author) as edit:
-        for recording in [*weights, *annotations]:
-            _check_has_take(edit, recording, takes)
+        for recording in annotations:
+            _check_has_take(edit, recording, [*takes, *weights])
         with reporter.stage("Ingesting", len(files)) as finished:
             for recording, take in read_ahead(_read_recording, takes):
                 rows.append(_put_recording(edit, recording, take, replace=replace))
@@ -208,7 +210,7 @@ def _read(path: Path, size: int = -1) -> bytes:
 
 
 def _check_has_take(edit: Transaction, recording: Recording, takes: Sequence[Recording]) -> None:
-    """Refuse what belongs to no take before anything is read."""
+    """Refuse annotations that belong to no take before anything is read."""
     name = recording.take
     if not any(one.take == name for one in takes) and not edit.has_take(name):
         raise InputError(
@@ -216,9 +218,21 @@ def _check_has_take(edit: Transaction, recording: Recording, takes: Sequence[Rec
         )
 
 
+def _put_performance(edit: Transaction, recording: Recording, weights: xr.Dataset) -> None:
+    """Make the take of weights that came without markers, as face trackers record them."""
+    rate = weights.attrs.get("rate")
+    if rate is None:
+        raise InputError(f"{recording.path.name}: its rate is not known, and there is no take {recording.take!r}")
+    facts = {key: weights.attrs[key] for key in ("source_file", "source_sha256") if key in weights.attrs}
+    take = make_bare_take(weights.sizes["time"], float(rate), **facts, **_describe(recording))
+    edit.put_take(recording.take, take)
+
+
 def _put_weights(edit: Transaction, recording: Recording) -> tuple[str, str, str, str]:
     name = recording.take
     weights = read_weights(recording.path)
+    if not edit.has_take(name):
+        _put_performance(edit, recording, weights)
     facts = edit.take_attributes(name)
     rate = float(weights.attrs.get("rate", facts["rate"]))
     if abs(rate - float(facts["rate"])) > 1e-3 * float(facts["rate"]):

@@ -16,13 +16,19 @@ from ...synthesis import Rig
 from ...synthesis.performance import Performance
 from ..progress import Reporter
 from .exporting import read_all_tiers
+from .rig_weights import read_rig_weights
 from .segmenting import SEGMENT_TIER
 
 SHOWN_TIERS = 3
 
 
 def prepare_performance(
-    corpus: CorpusView, take: str, *, solve: str | None = None, tiers: Sequence[str] | None = None
+    corpus: CorpusView,
+    take: str,
+    *,
+    solve: str | None = None,
+    rig: str | None = None,
+    tiers: Sequence[str] | None = None,
 ) -> Performance:
     """Gather what a window or a film shows of a take.
 
@@ -32,6 +38,8 @@ def prepare_performance(
         What to show.
     solve
         Which weights; the take's current ones if left out.
+    rig
+        The face that makes them; see :func:`.rig_weights.read_rig_weights`.
     tiers
         Names of the tiers to show, ``tier`` or ``tier@author``; if left out those of affects, people's first.
 
@@ -40,27 +48,23 @@ def prepare_performance(
     NotFoundError
         If the take, its weights or a tier are not there.
     """
-    which = solve or corpus.current_solve(take)
-    weights = corpus.weights(take, which)
-    rig_name = str(weights.attrs["rig"])
-    rig = Rig.from_dataset(corpus.rig(rig_name))
-    rate = float(weights.attrs["rate"])
-    attributes = corpus.take(take).attrs
-    step = f"adapted-{which}"
-    markers = corpus.processed(take, step)["position"].values if step in corpus.steps(take) else None
-    values = np.asarray(weights["weights"].values, dtype=np.float64)
+    found = read_rig_weights(corpus, take, solve=solve, rig=rig)
+    attributes = corpus.take_attributes(take)
+    step = f"adapted-{found.solve}"
+    own = found.rig_name == corpus.weights(take, found.solve).attrs.get("rig")
+    markers = corpus.processed(take, step)["position"].values if own and step in corpus.steps(take) else None
     notes = ["simulated"] if attributes.get("simulated") else []
     notes += [str(attributes[key]) for key in ("signer", "protocol") if key in attributes]
     return Performance(
-        rig=rig,
-        weights=values,
-        rate=rate,
+        rig=found.rig,
+        weights=found.weights,
+        rate=found.rate,
         title=take,
-        note=", ".join([*notes, str(which)]),
+        note=", ".join([*notes, found.solve]),
         markers=None if markers is None else np.asarray(markers, dtype=np.float64),
         tiers=choose_tiers(corpus, take, tiers),
-        energy=motion_energy(values, rate).level,
-        vertex_colours=_colours(rig),
+        energy=motion_energy(found.weights, found.rate).level,
+        vertex_colours=_colours(found.rig),
     )
 
 
@@ -91,6 +95,7 @@ def render_movie(
     path: Path,
     *,
     solve: str | None = None,
+    rig: str | None = None,
     tiers: Sequence[str] | None = None,
     start: float = 0.0,
     seconds: float | None = None,
@@ -119,7 +124,7 @@ def render_movie(
     from ...synthesis.movie import choose_movie_frames, write_movie
 
     reporter = reporter or Reporter()
-    performance = prepare_performance(corpus, take, solve=solve, tiers=tiers)
+    performance = prepare_performance(corpus, take, solve=solve, rig=rig, tiers=tiers)
     first = min(round(start * performance.rate), performance.n_frames - 1)
     last = (
         performance.n_frames

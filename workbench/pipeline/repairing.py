@@ -131,6 +131,9 @@ def fill(
     if not takes:
         raise InputError("repair fill: expected the names of takes")
     names = list(dict.fromkeys(takes))
+    bare = [name for name in names if not corpus.take_markers(name)]
+    if bare:
+        raise InputError(f"take {bare[0]!r}: it has no markers to repair, only weights that came from elsewhere")
     operation = {"operation": "fill", "below": float(below), "method": method}
     planned = {name: [*_without_fills(read_operations(corpus, name)), operation] for name in names}
     results = _commit(corpus, planned, "repair fill", _say("Fill gaps of", names), author, reporter)

@@ -146,6 +146,8 @@ def _gather_residuals(corpus: Corpus) -> pd.DataFrame | None:
         if corpus.current_solve(take) is None:
             continue
         weights = corpus.weights(take)
+        if "residual" not in weights:  # weights that came from elsewhere
+            continue
         residual = np.asarray(weights["residual"].values)
         solved = residual[np.isfinite(residual)]
         if len(solved):

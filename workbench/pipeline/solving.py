@@ -70,7 +70,7 @@ def solve(
     options
         Method and parameters.
     takes
-        Names; all takes if left out.
+        Names; all takes that have markers if left out.
 
     Returns
     -------
@@ -88,12 +88,15 @@ def solve(
     options = options or SolveOptions()
     rig_name = choose_rig(corpus, options.rig)
     rig = Rig.from_dataset(corpus.rig(rig_name))
-    everything = corpus.takes()["take"].tolist()
+    listed = corpus.takes()
+    everything = listed[listed["markers"] > 0]["take"].tolist()
     if not everything:
-        raise InputError("the corpus has no takes; ingest some first")
+        what = "takes with markers" if len(listed) else "takes"
+        raise InputError(f"the corpus has no {what}; ingest some first")
     wanted = set(everything if takes is None else takes)
-    for name in wanted - set(everything):
+    for name in sorted(wanted - set(everything)):
         corpus.take(name)  # says which takes there are
+        raise InputError(f"take {name!r}: it has no markers to solve, only weights that came from elsewhere")
 
     plan = _Plan(options.solve_name(rig_name), rig_name, rig, options, Scratch(corpus.path))
     groups = [group for group in group_sessions(corpus, options.head_markers) if wanted & set(group)]

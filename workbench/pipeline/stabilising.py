@@ -111,11 +111,13 @@ def _select_tracked(dataset: xr.Dataset) -> xr.Dataset:
 def group_sessions(corpus: CorpusView, head_markers: Sequence[str] | None = None) -> list[list[str]]:
     """Return the names of the takes that belong together: same signer, markers and head markers.
 
-    A take without a signer stands alone.
+    A take without a signer stands alone; one without markers is in no group.
     """
     groups: dict[tuple[object, ...], list[str]] = {}
     for row in corpus.takes().itertuples():
         name = str(row.take)
+        if not row.markers:
+            continue
         head = tuple(head_markers or corpus.take_attributes(name).get("head_markers") or ())
         alone = name if row.signer is None else None
         key = (row.signer, alone, tuple(corpus.take_markers(name, kind="marker")), head)
