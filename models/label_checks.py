@@ -3,14 +3,16 @@
 | problem | found by |
 |---|---|
 | ``swapped label`` | models of the other takes are sure that the segment shows something else |
-| ``shifted boundary`` | the border fits the face at least 0.1 s away, farther than borders of such takes usually are |
+| ``shifted boundary`` | the border fits the face at least 0.1 s away, too far for the scatter of such borders |
 | ``missing segment`` | a hole between annotations; or a stretch of a segment that surely shows something else |
 | ``doubled segment`` | neighbours of one label that touch, overlap, or leave less than 0.1 s between them |
 | ``short segment`` | less than 0.1 s: shorter than a person can mean or see |
 | ``wrong transition`` | a transition that is named otherwise than the segments beside it (Reverdy 2019, 4.3.2) |
 
 Breaches of the rules come in as a table, made by whoever knows the vocabulary. A mistake often breaks several rules at
-once; what another finding explains is not told again.
+once; what another finding explains is not told again. Where a second person annotated a take, their labels and borders
+are witnesses beside the models (:mod:`.second_annotator`, :mod:`.odd_borders`); elsewhere a border is judged by how
+much better it fits the face where it would be moved to (:mod:`.border_fitting`).
 
 Every finding has a score: 1 is certain by the tier alone; of what a model suspects, 0.5 is as sure as the thresholds
 below ask for. They were chosen on simulated signers, and say nothing about how often people err.
@@ -30,6 +32,8 @@ from ..features.derivatives import find_runs
 from .border_fitting import fit_borders
 from .label_evidence import LabelEvidence
 from .labelled_take import find_transitions
+from .odd_borders import combine_witnesses, probability_of_mistake, score_by_cut
+from .second_annotator import SecondReader, match_borders
 
 __all__ = ["COLUMNS", "PROBLEMS", "check_structure", "find_label_mistakes", "find_overlooked", "find_swapped"]
 
@@ -45,8 +49,8 @@ COLUMNS = ["take", "problem", "onset", "offset", "label", "suggestion", "score",
 
 SHORTEST = 0.1
 """s: of a segment, of a hole, and of a shift that counts."""
-DOUBT = 0.03
-"""A label is doubted when another is more than 1/0.03 times as probable."""
+DOUBT = 0.01
+"""A label is doubted when another is more than 1/0.01 times as probable."""
 LEAST_STRETCH = 0.5
 """s that an overlooked expression lasts; brows that ask a question and mouths that speak look like one for less."""
 STRETCH_DOUBT = 0.03
@@ -64,6 +68,7 @@ def find_label_mistakes(
     evidence: Mapping[str, LabelEvidence],
     *,
     rules: Mapping[str, pd.DataFrame] | None = None,
+    second: Mapping[str, pd.DataFrame] | None = None,
     least_score: float = 0.5,
 ) -> pd.DataFrame:
     """Return likely mistakes of all takes, the surest first.
@@ -72,12 +77,14 @@ def find_label_mistakes(
     ----------
     takes
         :class:`~mimique.models.LabelledTake`, or anything with ``name, protocol, rate, segments`` where segments may
-        overlap. Borders are compared with those of takes of the same protocol.
+        overlap.
     evidence
         By the take's name, see :func:`mimique.models.label_evidence.collect_label_evidence`; a take without evidence is
         checked by its structure alone.
     rules
         By the take's name: breaches of rules, ``problem, onset, offset, label, what to do``.
+    second
+        By the take's name: the segments of a second person, who is believed no more than the first.
     least_score
         What to leave out below; 0 ranks everything that was suspected at all.
 
@@ -87,7 +94,9 @@ def find_label_mistakes(
     its suggestion is the frame where it fits. Of equal scores the earlier take and frame come first.
     """
     rows: list[_Row] = []
-    borders: list[_Row] = []
+    fitted: list[_Row] = []
+    borders: list[pd.DataFrame] = []
+    reader = SecondReader([(take.segments, second[take.name]) for take in takes if second and take.name in second])
     for take in takes:
         segments = take.segments.sort_values("onset", kind="stable").reset_index(drop=True)
         own = check_structure(segments, take.rate).to_dict("records")
@@ -102,21 +111,27 @@ def find_label_mistakes(
             touched = [(row["onset"], row["offset"]) for row in own]
             overlooked = find_overlooked(segments, known, take.rate).to_dict("records")
             inside = [(row["onset"], row["offset"]) for row in overlooked]
+            beside = (second or {}).get(take.name)
+            judged = known if beside is None else reader.weigh(known, segments, beside)
             swapped = [
-                row for row in find_swapped(segments, known).to_dict("records")
+                row for row in find_swapped(segments, judged).to_dict("records")
                 if not any(row["onset"] <= a and b <= row["offset"] for a, b in inside)
             ]  # fmt: skip
             suspected = [row for row in overlooked + swapped if not _meets(row, touched)]
             own += suspected
             certain = touched + [(row["onset"], row["offset"]) for row in suspected if row["score"] >= 0.5]
-            moved = _compare_borders(segments, known, take.rate)
-            borders += [
-                {**row, "take": take.name, "kind": take.protocol, "rate": take.rate}
-                for row in moved if not _meets(row, certain)
-            ]  # fmt: skip
+            if beside is None:
+                facts = {"take": take.name, "kind": take.protocol, "rate": take.rate}
+                compared = _compare_borders(segments, known, take.rate)
+                fitted += [{**row, **facts} for row in compared if not _meets(row, certain)]
+            else:
+                free = [not _meets({"onset": at, "offset": at + 1}, certain) for at in known.borders["onset"]]
+                moved = known.borders[free]
+                other = match_borders(moved, beside, take.rate)
+                borders.append(moved.assign(take=take.name, group=take.protocol, rate=take.rate, other=other))
         own += _breaches((rules or {}).get(take.name), own)
         rows += [{**row, "take": take.name} for row in own]
-    rows += _judge_borders(borders)
+    rows += _judge_fitted(fitted) + _judge_by_witnesses(borders)
     table = pd.DataFrame([row for row in rows if row["score"] >= least_score], columns=COLUMNS)
     types = {column: "int64" if column in ("onset", "offset") else "str" for column in COLUMNS}
     table = table.astype({**types, "score": "float64"})
@@ -266,8 +281,8 @@ def _compare_borders(segments: pd.DataFrame, evidence: LabelEvidence, rate: floa
     return rows
 
 
-def _judge_borders(borders: list[_Row]) -> list[_Row]:
-    """Judge the borders: findings are those much farther from where they fit than others of their kind of take."""
+def _judge_fitted(borders: list[_Row]) -> list[_Row]:
+    """Judge borders by the face alone: those much farther from where they fit than others of their kind of take."""
     rows: list[_Row] = []
     table = pd.DataFrame(borders)
     if not len(table):
@@ -292,6 +307,33 @@ def _judge_borders(borders: list[_Row]) -> list[_Row]:
                 "shifted boundary", row["onset"], row["offset"], row["label"], str(row["to"]), score, reason
             )
             rows.append({**found, "take": row["take"]})
+    return rows
+
+
+def _judge_by_witnesses(borders: Sequence[pd.DataFrame]) -> list[_Row]:
+    """Find shifted ones among the borders of all takes."""
+    filled = [table for table in borders if len(table)]
+    if not filled:
+        return []
+    table = pd.concat(filled, ignore_index=True)
+    rate = table["rate"].to_numpy(dtype=float)
+    given, fitted = table["onset"].to_numpy() / rate, table["fitted"].to_numpy(dtype=float) / rate
+    usual = table["expected"].to_numpy(dtype=float)
+    witnesses = combine_witnesses(given, fitted, usual, table["other"].to_numpy(dtype=float) / rate)
+    away = given - witnesses.fitted
+    scores = score_by_cut(probability_of_mistake(away, witnesses.usual, table["group"].to_numpy()))
+    rows: list[_Row] = []
+    for i in np.flatnonzero(np.nan_to_num(scores) > 0):
+        row, when = table.iloc[i], "late" if away[i] > 0 else "early"
+        place, at = round(witnesses.fitted[i] * rate[i]), int(row["onset"])
+        sides = f"{row['before']} | {row['after']}"
+        also = "" if np.isnan(row["other"]) else f", and the second annotator's is at {int(row['other'])}"
+        reason = (
+            f"the border {sides} is {abs(away[i]):.2f} s {when}: it fits at frame {place}{also}; "
+            f"such borders are usually within {witnesses.usual[i]:.2f} s"
+        )
+        found = _finding("shifted boundary", at, at + 1, sides, str(place), float(scores[i]), reason)
+        rows.append({**found, "take": row["take"]})
     return rows
 
 

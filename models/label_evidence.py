@@ -1,12 +1,16 @@
 """What the faces of a corpus say about its own labels, take by take, from models that never saw the take.
 
-Two models, both fitted to the stable segments and transitions that people annotated, on all takes but those judged:
+Models fitted to the stable segments and transitions that people annotated, on all takes but those judged:
 
-* **affect**: logistic regression of the mean weights of stable segments (Reverdy 2019, 4.6), less the signer's median
-  face. It judges segments, and frames through weights that are smoothed over a quarter of a second.
+* **affect**: two logistic regressions of the mean weights of stable segments (Reverdy 2019, 4.6), less the signer's
+  median face, one of the weights and one of their square roots with their sign, in which what is weak counts for more;
+  the geometric mean of both answers. It judges segments, and frames through weights that are smoothed over a quarter of
+  a second. A segment's mean leaves out a fifth at each end, where the face may still be on its way.
 * **movement**: gradient-boosted trees tell frames of transitions from others by the motion energies (4.4, 4.5) around
   them, relative to the signer's own typical energy, and by how far the affect model's answer changes across them: a
   mouth that speaks moves much, and means the same before and after.
+* **temporal**, where one is given: a labeller of frames in time with transitions as a class (:mod:`.labellers`).
+* **borders**: where each border belongs by all of these, see :mod:`.border_regression`.
 
 A label that is wrong in the training takes hurts little as long as most are right; a wrong label cannot vouch for
 itself, since its whole take is left out.
@@ -14,10 +18,12 @@ itself, since its whole take is left out.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 from sklearn.ensemble import HistGradientBoostingClassifier
 from sklearn.linear_model import LogisticRegression
@@ -28,10 +34,12 @@ from ..errors import InputError
 from ..features.derivatives import differentiate
 from ..features.descriptors import mean_weights
 from ..features.energies import motion_energy
+from .border_regression import BORDER_COLUMNS, describe_borders, place_borders
 from .calibration import align_columns, calibrate
 from .labelled_take import LabelledTake, find_transitions
+from .labellers import TRANSITION, FrameLabeller, MergingLabeller, NetworkLabeller, has_torch, label_frames, stack_takes
 
-__all__ = ["LabelEvidence", "collect_label_evidence"]
+__all__ = ["LabelEvidence", "collect_label_evidence", "make_temporal_labeller"]
 
 STEP = 0.02
 """s between the frames at which movement is judged; between them it is interpolated."""
@@ -40,7 +48,11 @@ LAGS = np.arange(-0.32, 0.321, 0.04)
 REACHES = (0.06, 0.12, 0.2, 0.3)
 """s before and after which the affect model's answers are compared."""
 PENALTY = 0.1
-"""C of the logistic regression: small, for there are few segments and many shapes."""
+"""C of the logistic regressions: small, for there are few segments and many shapes."""
+ENDS = 0.2
+"""Part of a segment at each end that its mean leaves out."""
+LEAST_PROBABILITY = 0.005
+"""Probabilities are raised to this before their logarithm is looked at."""
 
 
 @dataclass(frozen=True)
@@ -58,16 +70,31 @@ class LabelEvidence:
         ``(n_frames, n_classes)`` the same for each frame; NaN in gaps.
     moving
         ``(n_frames,)`` probability that the frame belongs to a transition; NaN in gaps.
+    borders
+        Where each border belongs, see :func:`mimique.models.border_regression.place_borders`.
     """
 
     classes: tuple[str, ...]
     segments: NDArray[np.float64] = field(repr=False)
     frames: NDArray[np.float64] = field(repr=False)
     moving: NDArray[np.float64] = field(repr=False)
+    borders: pd.DataFrame = field(repr=False, default_factory=lambda: pd.DataFrame(columns=BORDER_COLUMNS))
+
+
+def make_temporal_labeller(rate: float, seed: int) -> FrameLabeller:
+    """Return the temporal labeller to look for mistakes with: a temporal convolution, or without PyTorch a forest."""
+    if has_torch():
+        return NetworkLabeller(rate, network="tcn", n_layers=6, random_state=seed)
+    return MergingLabeller(rate, classifier="forest", random_state=seed)
 
 
 def collect_label_evidence(
-    takes: Sequence[LabelledTake], *, rng: np.random.Generator, n_folds: int = 5
+    takes: Sequence[LabelledTake],
+    *,
+    rng: np.random.Generator,
+    n_folds: int = 5,
+    temporal: Callable[[float, int], FrameLabeller] | None = None,
+    finished: Callable[[str], Any] | None = None,
 ) -> dict[str, LabelEvidence]:
     """Judge every take by models of the others.
 
@@ -77,9 +104,14 @@ def collect_label_evidence(
         With weights and tiers; names differ. Each signer's takes are spread over all folds, so that a signer's other
         takes help to judge each.
     rng
-        Deals the takes to the folds, and seeds the trees.
+        Deals the takes to the folds, and seeds the models.
     n_folds
         How many times models are fitted; at most the number of takes.
+    temporal
+        Makes a temporal labeller of a rate and a seed, such as :func:`make_temporal_labeller`; it is most of the work,
+        and sharpens borders in signed discourse. Left out where None.
+    finished
+        Called with a word after each fold.
 
     Returns
     -------
@@ -96,12 +128,13 @@ def collect_label_evidence(
     seed = int(rng.integers(2**31))
     smooth, energy = _describe(takes)
     stable = [~find_transitions(take.segments) for take in takes]
-    means = [mean_weights(curve, take.segments) for curve, take in zip(smooth, takes, strict=True)]
+    means = [mean_weights(curve, _trim(take.segments)) for curve, take in zip(smooth, takes, strict=True)]
     labels = [take.segments["label"].astype(str).to_numpy(dtype=object) for take in takes]
     classes = tuple(
         sorted({str(name) for own, is_stable in zip(labels, stable, strict=True) for name in own[is_stable]})
     )
     found: dict[str, LabelEvidence] = {}
+    shown: dict[str, NDArray] = {}
     for fold in range(n_folds):
         inside = [i for i in range(len(takes)) if folds[i] != fold]
         kept = [stable[i] & np.isfinite(means[i]).all(axis=1) for i in inside]
@@ -109,21 +142,96 @@ def collect_label_evidence(
         y = np.concatenate([labels[i][own] for i, own in zip(inside, kept, strict=True)]).astype(str)
         if len(set(y)) < 2:
             raise InputError("takes: expected stable segments of at least two classes in every fold, but got fewer")
-        affect = make_pipeline(StandardScaler(), LogisticRegression(C=PENALTY, max_iter=500)).fit(X, y)
+        affect = _AffectModel(X, y)
         frames = [_judge(affect, curve, classes) for curve in smooth]
         curves = [
             np.column_stack((own, _measure_change(judged, take.rate)))
             for own, judged, take in zip(energy, frames, takes, strict=True)
         ]
         movement = _fit_movement([curves[i] for i in inside], [takes[i] for i in inside], seed)
-        for i in np.flatnonzero(folds == fold).tolist():
+        outside = np.flatnonzero(folds == fold).tolist()
+        for i in outside:
             found[takes[i].name] = LabelEvidence(
                 classes,
                 _judge(affect, means[i], classes),
                 frames[i],
                 _judge_movement(movement, curves[i], takes[i].rate),
             )
-    return _calibrate(found, takes, labels, stable, classes)
+        if temporal is not None:
+            shown |= _show([takes[i] for i in inside], [takes[i] for i in outside], temporal, seed + fold, classes)
+        if finished is not None:
+            finished(f"fold {fold + 1} of {n_folds}")
+    found = _calibrate(found, takes, labels, stable, classes)
+    described = [
+        _describe_borders(take, found[take.name], own, motion, is_stable, shown.get(take.name))
+        for take, own, motion, is_stable in zip(takes, smooth, energy, stable, strict=True)
+    ]
+    fitted = place_borders(described, [take.protocol for take in takes], [take.rate for take in takes], folds, rng=rng)
+    return {take.name: replace(found[take.name], borders=own) for take, own in zip(takes, fitted, strict=True)}
+
+
+class _AffectModel:
+    """The two logistic regressions; see the module."""
+
+    def __init__(self, means: NDArray, labels: NDArray) -> None:
+        self._models = [
+            make_pipeline(StandardScaler(), LogisticRegression(C=PENALTY, max_iter=500)).fit(rows, labels)
+            for rows in (means, _root(means))
+        ]
+        self.classes_ = self._models[0].classes_
+
+    def predict_proba(self, rows: NDArray) -> NDArray[np.float64]:
+        first, second = (m.predict_proba(r) for m, r in zip(self._models, (rows, _root(rows)), strict=True))
+        joined = np.sqrt(np.maximum(first * second, 1e-12))
+        return joined / joined.sum(axis=1, keepdims=True)
+
+
+def _root(rows: NDArray) -> NDArray[np.float64]:
+    return np.sign(rows) * np.sqrt(np.abs(rows))
+
+
+def _trim(segments: pd.DataFrame) -> pd.DataFrame:
+    end = ((segments["offset"] - segments["onset"]) * ENDS).astype("int64")
+    return segments.assign(onset=segments["onset"] + end, offset=segments["offset"] - end)
+
+
+def _show(
+    inside: Sequence[LabelledTake],
+    outside: Sequence[LabelledTake],
+    temporal: Callable[[float, int], FrameLabeller],
+    seed: int,
+    classes: Sequence[str],
+) -> dict[str, NDArray]:
+    """Log probabilities of a temporal labeller, ``(n_frames, 1 + n_classes)``, the first of a transition."""
+    stacked = stack_takes(inside)
+    labeller = temporal(stacked.rate, seed).fit(stacked.X, stacked.y, groups=stacked.groups)
+    wanted = [TRANSITION, *classes]
+    result = {}
+    for take in outside:
+        weights = take.weights
+        if weights is None or not np.isfinite(weights).all(axis=1).any():
+            continue
+        _, given = label_frames(labeller, weights)
+        result[take.name] = np.log(np.maximum(align_columns(given, labeller.classes_, wanted), LEAST_PROBABILITY))
+    return result
+
+
+def _describe_borders(
+    take: LabelledTake,
+    evidence: LabelEvidence,
+    smooth: NDArray,
+    energy: NDArray,
+    stable: NDArray,
+    shown: NDArray | None,
+) -> list[Any]:
+    curves = [evidence.moving, energy[:, 0]]
+    judged = [np.log(np.maximum(evidence.frames, LEAST_PROBABILITY))]
+    if shown is not None:
+        curves.append(shown[:, 0])
+        judged.append(shown[:, 1:])
+    return describe_borders(
+        take.segments, ~stable, smooth, np.column_stack(curves), np.hstack(judged), evidence.classes
+    )
 
 
 def _check_takes(takes: Sequence[LabelledTake]) -> None:

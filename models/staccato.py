@@ -20,6 +20,11 @@ Lengths are kept as they are, where Staccato sorts them into a few classes. And 
 apart, as they are in a tier: the lengths are put in random order, and all ways to share out the free time are equally
 likely.
 
+ELAN hands both tiers to the Staccato program (1000 draws, 10 length classes, the latest offset for the length of the
+material) and prints what that gives. No published example with all its segments could be read, so this measure is
+checked against Thomann's definition of nuclei and against all placements of small cases. Its scale may differ from the
+program's: do not print both as one number.
+
 References
 ----------
 A. Lücking, S. Ptock, K. Bergmann, "Assessing agreement on segmentations by means of Staccato, the segmentation

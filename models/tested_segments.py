@@ -10,8 +10,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ..features.descriptors import mean_weights
-from ..features.energies import motion_energy
-from ..features.segmentation import measure_restlessness, segment
+from ..features.segmentation import measure_joint_restlessness, segment
 from .labelled_take import LabelledTake, find_covering_labels, find_transitions
 
 __all__ = ["SEGMENTATIONS", "TestedSegments", "collect_tested_segments", "cut_takes"]
@@ -32,8 +31,7 @@ def cut_takes(takes: Sequence[LabelledTake], own: Sequence[LabelledTake]) -> dic
     """Cut takes by their motion, with the restlessness that all of the signer's own takes show together."""
     if not takes:
         return {}
-    levels = [motion_energy(take.weights, take.rate).level for take in own if take.weights is not None]
-    restlessness = measure_restlessness(np.concatenate(levels))
+    restlessness = measure_joint_restlessness((take.weights, take.rate) for take in own if take.weights is not None)
     return {take.name: segment(take.weights, take.rate, restlessness=restlessness) for take in takes}  # type: ignore[arg-type]
 
 

@@ -82,7 +82,7 @@ print("training frames: " + ", ".join(f"{name} {count}" for name, count in zip(l
 # add their names. (They want more than a minute of material.)
 
 # %%
-NAMES = ("per-frame forest", "forest + merging", "hmm")
+NAMES = ("per-frame-forest", "forest-merging", "hmm")
 labellers = {}
 for name in NAMES:
     labellers[name] = LABELLERS[name](np.random.default_rng(0), rate=frames.rate)
@@ -113,10 +113,10 @@ for name, labeller in labellers.items():
 
 # %%
 take = testing[0]
-merging = labellers["forest + merging"]
+merging = labellers["forest-merging"]
 answers, probabilities = label_frames(merging, take.weights)
 found = segments_of_labels(answers, probabilities, merging.classes_)
-print(f"{take.name}{mark}, forest + merging")
+print(f"{take.name}{mark}, forest-merging")
 print(found[["onset", "offset", "label", "confidence"]].round(2).to_string(index=False))
 print(f"{take.name}{mark}, {annotator}")
 print(take.segments[["onset", "offset", "label"]].to_string(index=False))

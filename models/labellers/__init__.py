@@ -29,7 +29,7 @@ from .networks import has_torch
 from .ordinal import OrdinalClassifier, score_degrees
 from .per_frame import MergingLabeller, PerFrameLabeller
 from .random_field import RandomFieldLabeller
-from .takes import check_no_take_is_split
+from .takes import check_no_take_is_split, take_splits
 
 __all__ = [
     "LABELLERS",
@@ -53,6 +53,7 @@ __all__ = [
     "score_degrees",
     "segments_of_labels",
     "stack_takes",
+    "take_splits",
 ]
 
 
@@ -64,10 +65,10 @@ def _maker(kind: type[FrameLabeller], **fixed: Any) -> Callable[..., FrameLabell
 
 
 LABELLERS: dict[str, Callable[..., FrameLabeller]] = {
-    "per-frame forest": _maker(PerFrameLabeller, classifier="forest"),
-    "per-frame linear": _maker(PerFrameLabeller, classifier="linear"),
-    "forest + merging": _maker(MergingLabeller, classifier="forest"),
-    "linear + merging": _maker(MergingLabeller, classifier="linear"),
+    "per-frame-forest": _maker(PerFrameLabeller, classifier="forest"),
+    "per-frame-linear": _maker(PerFrameLabeller, classifier="linear"),
+    "forest-merging": _maker(MergingLabeller, classifier="forest"),
+    "linear-merging": _maker(MergingLabeller, classifier="linear"),
     "hmm": _maker(HiddenMarkovLabeller),
     "crf": _maker(RandomFieldLabeller),
     "lstm": _maker(NetworkLabeller, network="lstm"),

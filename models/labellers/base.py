@@ -4,9 +4,12 @@ Conventions
 -----------
 - ``fit(X, y, groups)``: `X` ``(n_frames, n_features)`` of all takes one after the other, each in order of time; `y`
   ``(n_frames,)`` labels, ``None`` where nobody labelled (such a frame gives its values to its neighbours' context and
-  counts nowhere else); `groups` ``(n_frames,)`` the take of each frame, ``None`` for a single take. A data frame whose
-  index has a level ``take`` brings its groups along, so that scikit-learn's searches need nothing else.
-- ``predict`` and ``predict_proba`` answer for every frame.
+  counts nowhere else); `groups` ``(n_frames,)`` the take of each frame. A data frame whose index has a level ``take``
+  brings its groups along, so that scikit-learn's searches need nothing else.
+- ``predict`` and ``predict_proba`` answer for every frame; without `groups` they take `X` for one take.
+- ``fit`` and ``score`` without groups are refused, unless the labeller was made with ``single_take=True``. A search
+  over plain arrays passes the groups to its splitter only: the labeller would read many takes as one sequence, and
+  could not see that a split goes through the middle of one. Frames of a take on both sides of a split are an error.
 - `rate` is the recording's, in Hz. Values are brought to `work_rate`, labelled there, and the answers brought back, so
   that the same motion gets the same labels at every rate.
 """
@@ -42,6 +45,8 @@ class FrameLabeller(ClassifierMixin, BaseEstimator):
         Labels, sorted; the columns of ``predict_proba``.
     takes_ : tuple
         Names of the takes that were trained on; empty where no groups were given.
+    take_seconds_ : tuple of float
+        How long each of them was.
     """
 
     __metadata_request__fit: ClassVar[dict[str, bool]] = {"groups": True, "signers": True}
@@ -51,8 +56,10 @@ class FrameLabeller(ClassifierMixin, BaseEstimator):
 
     rate: float
     work_rate: float
+    single_take: bool
     classes_: NDArray
     takes_: tuple[Any, ...]
+    take_seconds_: tuple[float, ...]
 
     def fit(
         self, X: ArrayLike, y: ArrayLike, groups: ArrayLike | None = None, signers: ArrayLike | None = None
@@ -70,15 +77,18 @@ class FrameLabeller(ClassifierMixin, BaseEstimator):
         Raises
         ------
         InputError
-            For NaN, fewer than two classes, lengths that do not fit, or takes whose frames are not together.
+            For NaN, fewer than two classes, lengths that do not fit, takes whose frames are not together, or frames
+            whose takes nobody told.
         """
-        groups = _groups_of(X, groups)
+        rate, work_rate = check_rate(self.rate), check_rate(self.work_rate)
+        groups = self._need_groups(X, groups)
         values = self._check_values(X, reset=True)
         self.classes_, codes = encode_labels(y, len(values))
         takes = find_takes(groups, len(values))
         self.takes_ = () if groups is None else tuple(name for name, _ in takes)
+        known = takes[: len(self.takes_)]
+        self.take_seconds_ = tuple(float((frames.stop - frames.start) / rate) for _, frames in known)
         units = _units_of(takes, signers, len(values))
-        rate, work_rate = check_rate(self.rate), check_rate(self.work_rate)
         samples = [resample_curves(values[frames], rate, work_rate) for _, frames in takes]
         sample_codes = [resample_codes(codes[frames], rate, work_rate) for _, frames in takes]
         self._fit_samples(samples, sample_codes, units)
@@ -87,22 +97,18 @@ class FrameLabeller(ClassifierMixin, BaseEstimator):
     def predict_proba(self, X: ArrayLike, groups: ArrayLike | None = None) -> NDArray[np.float64]:
         """Probability of each class at each frame, ``(n_frames, n_classes)``; each row sums to 1."""
         samples, takes, n_frames = self._prepare(X, groups)
-        result = np.empty((n_frames, len(self.classes_)))
-        for (_, frames), scores in zip(takes, self._score_samples(samples), strict=True):
-            result[frames] = restore_curves(scores, frames.stop - frames.start, self.rate, self.work_rate)
-        return result
+        return self._restore_scores(self._score_samples(samples), takes, n_frames)
 
     def predict(self, X: ArrayLike, groups: ArrayLike | None = None) -> NDArray:
         """Label of each frame, ``(n_frames,)``."""
         samples, takes, n_frames = self._prepare(X, groups)
-        codes = np.empty(n_frames, dtype=np.int64)
-        for (_, frames), path in zip(takes, self._decode(samples), strict=True):
-            n_own = frames.stop - frames.start
-            if path.ndim == 2:
-                codes[frames] = restore_curves(path, n_own, self.rate, self.work_rate).argmax(axis=1)
-            else:
-                codes[frames] = restore_codes(path, n_own, self.rate, self.work_rate)
-        return self.classes_[codes]
+        return self._restore_labels(self._decode(samples), takes, n_frames)
+
+    def predict_with_proba(self, X: ArrayLike, groups: ArrayLike | None = None) -> tuple[NDArray, NDArray[np.float64]]:
+        """Return what ``predict`` and ``predict_proba`` do, in little more than the time of one of them."""
+        samples, takes, n_frames = self._prepare(X, groups)
+        scores, paths = self._answer(samples)
+        return self._restore_labels(paths, takes, n_frames), self._restore_scores(scores, takes, n_frames)
 
     def score(
         self, X: ArrayLike, y: ArrayLike, groups: ArrayLike | None = None, sample_weight: ArrayLike | None = None
@@ -114,7 +120,7 @@ class FrameLabeller(ClassifierMixin, BaseEstimator):
         InputError
             If a take was trained on (as far as takes were named), or no frame has a label.
         """
-        groups = _groups_of(X, groups)
+        groups = self._need_groups(X, groups)
         if groups is not None and getattr(self, "takes_", None):
             check_no_take_is_split(np.asarray(self.takes_), groups)
         found = self.predict(X, groups)
@@ -138,11 +144,51 @@ class FrameLabeller(ClassifierMixin, BaseEstimator):
         """Classes ``(n_samples,)`` of each sequence, or scores ``(n_samples, n_classes)`` of which the best wins."""
         return self._score_samples(samples)
 
+    def _answer(self, samples: list[NDArray]) -> tuple[list[NDArray], list[NDArray]]:
+        """Both of the above; labellers that can do it in one go do."""
+        return self._score_samples(samples), self._decode(samples)
+
+    def _restore_scores(
+        self, scores: list[NDArray], takes: list[tuple[Any, slice]], n_frames: int
+    ) -> NDArray[np.float64]:
+        result = np.empty((n_frames, len(self.classes_)))
+        for (_, frames), own in zip(takes, scores, strict=True):
+            result[frames] = restore_curves(own, frames.stop - frames.start, self.rate, self.work_rate)
+        return result
+
+    def _restore_labels(self, paths: list[NDArray], takes: list[tuple[Any, slice]], n_frames: int) -> NDArray:
+        codes = np.empty(n_frames, dtype=np.int64)
+        for (_, frames), path in zip(takes, paths, strict=True):
+            n_own = frames.stop - frames.start
+            if path.ndim == 2:
+                codes[frames] = restore_curves(path, n_own, self.rate, self.work_rate).argmax(axis=1)
+            else:
+                codes[frames] = restore_codes(path, n_own, self.rate, self.work_rate)
+        return self.classes_[codes]
+
+    def _need_groups(self, X: ArrayLike, groups: ArrayLike | None) -> ArrayLike | None:
+        """Return the take of each frame; None only where the user said that all frames are of one take."""
+        groups = _groups_of(X, groups)
+        if groups is None and not self.single_take:
+            raise InputError(
+                "groups: expected the take of each frame, but got none; pass groups, give X as a DataFrame whose index "
+                "has a level 'take' (scikit-learn's searches pass it on), or say single_take=True"
+            )
+        return groups
+
     def _prepare(self, X: ArrayLike, groups: ArrayLike | None) -> tuple[list[NDArray], list[tuple[Any, slice]], int]:
         check_is_fitted(self)
         groups = _groups_of(X, groups)
         values = self._check_values(X, reset=False)
         takes = find_takes(groups, len(values))
+        learned = dict(zip(getattr(self, "takes_", ()), getattr(self, "take_seconds_", ()), strict=True))
+        for name, frames in takes if groups is not None else ():
+            seconds = (frames.stop - frames.start) / self.rate
+            if abs(learned.get(name, seconds) - seconds) * self.rate > 0.5:
+                raise InputError(
+                    f"split: expected all frames of a take on one side, but {name!s} was trained on with "
+                    f"{learned[name]:.4g} s and has {seconds:.4g} s here; split by take (take_splits)"
+                )
         return [resample_curves(values[frames], self.rate, self.work_rate) for _, frames in takes], takes, len(values)
 
     def _check_values(self, X: ArrayLike, *, reset: bool) -> NDArray[np.float64]:

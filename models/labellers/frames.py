@@ -196,8 +196,6 @@ def segments_of_labels(
         touching = before["offset"] == row["onset"] and row["offset"] == after["onset"]
         if row["kind"] == "transition" and touching and before["label"] != after["label"]:
             row["from_label"], row["to_label"] = before["label"], after["label"]
-    columns = ["onset", "offset", "label", "kind", "confidence", "from_label", "to_label"]
-    text = dict.fromkeys(("label", "kind", "from_label", "to_label"), "str")
-    return pd.DataFrame(rows, columns=columns).astype(
-        {"onset": "int64", "offset": "int64", "confidence": float, **text}
-    )
+    kinds = {"onset": "int64", "offset": "int64", "label": "str", "kind": "str", "confidence": "float64"}
+    kinds |= {"from_label": "str", "to_label": "str"}
+    return pd.DataFrame({key: pd.Series([row[key] for row in rows], dtype=kind) for key, kind in kinds.items()})

@@ -42,7 +42,7 @@ class HiddenMarkovLabeller(PerFrameLabeller):
 
     Parameters
     ----------
-    rate, classifier, velocity, work_rate, random_state
+    rate, classifier, velocity, work_rate, single_take, random_state
         See :class:`~mimique.models.labellers.PerFrameLabeller`.
     emission_weight
         Exponent of the likelihoods, above 0; ``None``: chosen of 0.3, 0.5, 0.7, 1, 1.5 and 2.
@@ -80,9 +80,17 @@ class HiddenMarkovLabeller(PerFrameLabeller):
         n_folds: int = 3,
         decoder: str = "viterbi",
         work_rate: float = 25.0,
+        single_take: bool = False,
         random_state: int | None = None,
     ) -> None:
-        super().__init__(rate, classifier=classifier, velocity=velocity, work_rate=work_rate, random_state=random_state)
+        super().__init__(
+            rate,
+            classifier=classifier,
+            velocity=velocity,
+            work_rate=work_rate,
+            single_take=single_take,
+            random_state=random_state,
+        )
         self.emission_weight = emission_weight
         self.prior_weight = prior_weight
         self.stay = stay
@@ -146,6 +154,10 @@ class HiddenMarkovLabeller(PerFrameLabeller):
 
     def _decode(self, samples: list[NDArray]) -> list[NDArray]:
         return self._decode_scores(super()._score_samples(samples))
+
+    def _answer(self, samples: list[NDArray]) -> tuple[list[NDArray], list[NDArray]]:
+        scores = super()._score_samples(samples)
+        return self._smooth(scores), self._decode_scores(scores)
 
     def _decode_scores(self, scores: list[NDArray]) -> list[NDArray]:
         if self.decoder == "marginal":

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -55,8 +55,12 @@ class NetworkLabeller(FrameLabeller):
         ``"auto"`` (a graphics processor where there is one), ``"cpu"``, ``"cuda"`` …
     callback
         Called with an :class:`~mimique.models.labellers.Epoch` after each epoch, for progress and checkpoints.
+    checkpoint
+        ``Epoch.state()`` of an interrupted training on the same takes with the same parameters, to go on from.
     work_rate
         Rate at which the network runs, Hz.
+    single_take
+        Whether ``fit`` and ``score`` may take `X` without groups for the frames of one take.
     random_state
         Seed. On a CPU, with one number of threads, the same seed gives the same network.
 
@@ -93,7 +97,9 @@ class NetworkLabeller(FrameLabeller):
         change: float = 2.0,
         device: str = "auto",
         callback: Callable[[Epoch], None] | None = None,
+        checkpoint: Mapping[str, NDArray] | None = None,
         work_rate: float = 25.0,
+        single_take: bool = False,
         random_state: int | None = None,
     ) -> None:
         self.rate = rate
@@ -116,7 +122,9 @@ class NetworkLabeller(FrameLabeller):
         self.change = change
         self.device = device
         self.callback = callback
+        self.checkpoint = checkpoint
         self.work_rate = work_rate
+        self.single_take = single_take
         self.random_state = random_state
 
     def _fit_samples(self, samples: list[NDArray], codes: list[NDArray], units: list[Any]) -> None:
@@ -135,9 +143,21 @@ class NetworkLabeller(FrameLabeller):
         # A curve that never moves in training has no scale of its own.
         self.spread_ = np.where(spread > 1e-6 * spread.max(initial=1e-300), spread, 1.0)
         sequences = [(self._standardise(part), own) for part, own in zip(described, codes, strict=True)]
-        self.plan_ = NetworkPlan(
+        self.plan_ = self._make_plan(described[0].shape[1], device)
+        trained = train_network(
+            self.plan_,
+            [sequences[i] for i in train],
+            [sequences[i] for i in out if (codes[i] != GAP).any()],
+            rng=rng,
+            callback=self.callback,
+            checkpoint=self.checkpoint,
+        )
+        self.arrays_, self.losses_, self.best_epoch_ = trained.arrays, trained.losses, trained.best
+
+    def _make_plan(self, n_features: int, device: str) -> NetworkPlan:
+        return NetworkPlan(
             kind=self.network,
-            n_features=described[0].shape[1],
+            n_features=n_features,
             n_classes=len(self.classes_),
             n_hidden=self.n_hidden,
             n_layers=self.n_layers,
@@ -153,14 +173,6 @@ class NetworkLabeller(FrameLabeller):
             patience=self.patience,
             device=device,
         )
-        trained = train_network(
-            self.plan_,
-            [sequences[i] for i in train],
-            [sequences[i] for i in out if (codes[i] != GAP).any()],
-            rng=rng,
-            callback=self.callback,
-        )
-        self.arrays_, self.losses_, self.best_epoch_ = trained.arrays, trained.losses, trained.best
 
     def _score_samples(self, samples: list[NDArray]) -> list[NDArray]:
         plan = replace(self.plan_, device=choose_device(self.device))  # labelling may happen on another machine
@@ -168,7 +180,13 @@ class NetworkLabeller(FrameLabeller):
         return score_sequences(plan, self.arrays_, described)
 
     def _decode(self, samples: list[NDArray]) -> list[NDArray]:
+        return self._answer(samples)[1]
+
+    def _answer(self, samples: list[NDArray]) -> tuple[list[NDArray], list[NDArray]]:
         scores = self._score_samples(samples)
+        return scores, self._merge(scores)
+
+    def _merge(self, scores: list[NDArray]) -> list[NDArray]:
         n_least = max(1, int(np.ceil(self.min_duration * self.work_rate - 1e-9)))
         if n_least == 1 and not self.change:
             return scores

@@ -10,14 +10,16 @@ References
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .base import GAP
+from .checkpoints import load_state, make_state
 from .networks import import_torch, make_network
 
 __all__ = ["Epoch", "NetworkPlan", "Trained", "score_sequences", "train_network"]
@@ -63,7 +65,8 @@ class NetworkPlan:
 class Epoch:
     """What a callback is told after each pass over the training takes.
 
-    ``arrays`` are the network's parameters where this epoch is the best so far (a checkpoint), else ``None``.
+    ``arrays`` are the network's parameters where this epoch is the best so far, else ``None``. ``state()`` gives a
+    checkpoint: all that :func:`train_network` needs to go on after this epoch, as plain arrays.
     """
 
     number: int
@@ -72,6 +75,7 @@ class Epoch:
     held_out_loss: float
     best: int
     arrays: dict[str, NDArray] | None = field(repr=False, default=None)
+    state: Callable[[], dict[str, NDArray]] = field(repr=False, default=dict)
 
 
 @dataclass(frozen=True)
@@ -90,6 +94,7 @@ def train_network(
     *,
     rng: np.random.Generator,
     callback: Callable[[Epoch], None] | None = None,
+    checkpoint: Mapping[str, NDArray] | None = None,
 ) -> Trained:
     """Train until the held-out loss has not fallen for ``plan.patience`` epochs.
 
@@ -104,6 +109,9 @@ def train_network(
         Windows, order, distortions and the network's first parameters come from it.
     callback
         Called after each epoch.
+    checkpoint
+        ``Epoch.state()`` of an interrupted training of the same plan, sequences and seed; it goes on from there, and on
+        a CPU comes out as if it had not been interrupted.
 
     Notes
     -----
@@ -117,7 +125,12 @@ def train_network(
         optimiser = torch.optim.AdamW(network.parameters(), lr=plan.learning_rate, weight_decay=plan.weight_decay)
         best, least, arrays = 0, np.inf, _arrays_of(network)
         losses: list[tuple[float, float]] = []
-        for number in range(1, plan.max_epochs + 1):
+        if checkpoint is not None:
+            best, losses, arrays = load_state(checkpoint, network, optimiser, rng)
+            least = losses[best - 1][1] if best else np.inf
+        if len(losses) - best >= plan.patience:
+            return Trained(arrays, np.array(losses), best)
+        for number in range(len(losses) + 1, plan.max_epochs + 1):
             network.train()
             windows = [_distort(window, plan, rng) for window in _cut_windows(train, plan.window, rng)]
             total = n_labelled = 0.0
@@ -137,7 +150,8 @@ def train_network(
             if better:
                 best, least, arrays = number, loss_now, _arrays_of(network)
             if callback is not None:
-                callback(Epoch(number, plan.max_epochs, train_loss, loss_now, best, arrays if better else None))
+                state = partial(make_state, network, optimiser, rng, arrays, losses, best)
+                callback(Epoch(number, plan.max_epochs, train_loss, loss_now, best, arrays if better else None, state))
             if number - best >= plan.patience:
                 break
     return Trained(arrays, np.array(losses), best)

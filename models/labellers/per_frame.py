@@ -92,6 +92,8 @@ class PerFrameLabeller(FrameLabeller):
         Spans of the velocities in seconds; none for weights alone.
     work_rate
         Rate at which frames are classified, Hz.
+    single_take
+        Whether ``fit`` and ``score`` may take `X` without groups for the frames of one take.
     random_state
         Seed.
     """
@@ -103,12 +105,14 @@ class PerFrameLabeller(FrameLabeller):
         classifier: Any = "forest",
         velocity: Sequence[float] = (0.2,),
         work_rate: float = 25.0,
+        single_take: bool = False,
         random_state: int | None = None,
     ) -> None:
         self.rate = rate
         self.classifier = classifier
         self.velocity = velocity
         self.work_rate = work_rate
+        self.single_take = single_take
         self.random_state = random_state
 
     def _fit_samples(self, samples: list[NDArray], codes: list[NDArray], units: list[Any]) -> None:
@@ -116,6 +120,10 @@ class PerFrameLabeller(FrameLabeller):
 
     def _score_samples(self, samples: list[NDArray]) -> list[NDArray]:
         return self._classify(self.classifier_, samples)
+
+    def _answer(self, samples: list[NDArray]) -> tuple[list[NDArray], list[NDArray]]:
+        scores = self._score_samples(samples)
+        return scores, scores
 
     def _seed(self) -> int:
         return int(check_random_state(self.random_state).randint(2**31 - 1))
@@ -162,7 +170,7 @@ class MergingLabeller(PerFrameLabeller):
 
     Parameters
     ----------
-    rate, classifier, velocity, work_rate, random_state
+    rate, classifier, velocity, work_rate, single_take, random_state
         See :class:`PerFrameLabeller`.
     min_duration
         Seconds of the shortest segment, at least 0.
@@ -183,9 +191,17 @@ class MergingLabeller(PerFrameLabeller):
         method: str = "best-segmentation",
         change: float = 1.0,
         work_rate: float = 25.0,
+        single_take: bool = False,
         random_state: int | None = None,
     ) -> None:
-        super().__init__(rate, classifier=classifier, velocity=velocity, work_rate=work_rate, random_state=random_state)
+        super().__init__(
+            rate,
+            classifier=classifier,
+            velocity=velocity,
+            work_rate=work_rate,
+            single_take=single_take,
+            random_state=random_state,
+        )
         self.min_duration = min_duration
         self.method = method
         self.change = change
@@ -200,10 +216,14 @@ class MergingLabeller(PerFrameLabeller):
         super()._fit_samples(samples, codes, units)
 
     def _decode(self, samples: list[NDArray]) -> list[NDArray]:
+        return self._answer(samples)[1]
+
+    def _answer(self, samples: list[NDArray]) -> tuple[list[NDArray], list[NDArray]]:
+        scores = self._score_samples(samples)
+        return scores, self._merge(scores)
+
+    def _merge(self, scores: list[NDArray]) -> list[NDArray]:
         n_least = max(1, int(np.ceil(self.min_duration * self.work_rate - 1e-9)))
         if self.method == "absorption":
-            return [absorb_short_segments(part.argmax(axis=1), n_least) for part in self._score_samples(samples)]
-        return [
-            best_segmentation(np.log(np.maximum(part, LEAST_PROBABILITY)), n_least, self.change)
-            for part in self._score_samples(samples)
-        ]
+            return [absorb_short_segments(part.argmax(axis=1), n_least) for part in scores]
+        return [best_segmentation(np.log(np.maximum(part, LEAST_PROBABILITY)), n_least, self.change) for part in scores]

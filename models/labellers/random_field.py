@@ -85,7 +85,7 @@ class RandomFieldLabeller(PerFrameLabeller):
 
     Parameters
     ----------
-    rate, classifier, velocity, work_rate, random_state
+    rate, classifier, velocity, work_rate, single_take, random_state
         See :class:`~mimique.models.labellers.PerFrameLabeller`.
     emissions
         ``"posteriors"``: the logarithms of the classifier's answers, which for training come from classifiers that did
@@ -122,9 +122,17 @@ class RandomFieldLabeller(PerFrameLabeller):
         decoder: str = "viterbi",
         callback: Callable[[int, float], None] | None = None,
         work_rate: float = 25.0,
+        single_take: bool = False,
         random_state: int | None = None,
     ) -> None:
-        super().__init__(rate, classifier=classifier, velocity=velocity, work_rate=work_rate, random_state=random_state)
+        super().__init__(
+            rate,
+            classifier=classifier,
+            velocity=velocity,
+            work_rate=work_rate,
+            single_take=single_take,
+            random_state=random_state,
+        )
         self.emissions = emissions
         self.penalty = penalty
         self.max_iterations = max_iterations
@@ -189,7 +197,15 @@ class RandomFieldLabeller(PerFrameLabeller):
     def _decode(self, samples: list[NDArray]) -> list[NDArray]:
         if self.decoder == "marginal":
             return self._score_samples(samples)
-        return [viterbi(scores, self.transition_, self.start_)[0] for scores in self._emission_scores(samples)]
+        return self._find_paths(self._emission_scores(samples))
+
+    def _answer(self, samples: list[NDArray]) -> tuple[list[NDArray], list[NDArray]]:
+        emissions = self._emission_scores(samples)
+        marginals = chain_marginals(emissions, self.transition_, self.start_)
+        return marginals, marginals if self.decoder == "marginal" else self._find_paths(emissions)
+
+    def _find_paths(self, emissions: list[NDArray]) -> list[NDArray]:
+        return [viterbi(scores, self.transition_, self.start_)[0] for scores in emissions]
 
 
 def _log(scores: NDArray) -> NDArray[np.float64]:

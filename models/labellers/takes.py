@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...errors import InputError
 
-__all__ = ["check_no_take_is_split", "find_takes", "hold_out_takes", "split_takes"]
+__all__ = ["check_no_take_is_split", "find_takes", "hold_out_takes", "split_takes", "take_splits"]
 
 
 def check_no_take_is_split(groups_train: ArrayLike, groups_test: ArrayLike) -> None:
@@ -132,6 +132,53 @@ def split_takes(groups: Sequence[Any], n_folds: int, rng: np.random.Generator) -
         test = fold[places] == number
         check_no_take_is_split(places[~test], places[test])
         splits.append((np.flatnonzero(~test), np.flatnonzero(test)))
+    return splits
+
+
+def take_splits(
+    groups: ArrayLike, n_folds: int, rng: np.random.Generator, signers: ArrayLike | None = None
+) -> list[tuple[NDArray, NDArray]]:
+    """Split *frames* so that no take (or no signer) is on both sides; for the `cv` of scikit-learn's searches.
+
+    Parameters
+    ----------
+    groups
+        ``(n_frames,)`` the take of each frame.
+    n_folds
+        Number of folds, at least 2, and at most the number of takes, or of signers where they are given.
+    rng
+        Deals takes, or signers, into folds.
+    signers
+        ``(n_frames,)`` the signer of each frame; whole signers are then kept together.
+
+    Returns
+    -------
+    Positions of the frames to train on and to test on, fold by fold, each in order of time.
+
+    Raises
+    ------
+    InputError
+        If there are fewer takes, or signers, than folds, or the frames of a take are in several places.
+    """
+    names = _names(groups)
+    takes = find_takes(names, len(names))
+    units = [name for name, _ in takes]
+    if signers is not None:
+        people = _names(signers)
+        if len(people) != len(names):
+            raise InputError(f"signers: expected one per frame ({len(names)}), but got {len(people)}")
+        units = [people[frames.start] for _, frames in takes]
+    n_units = len({str(unit) for unit in units})
+    if n_units < n_folds:
+        what = "takes" if signers is None else "signers"
+        raise InputError(f"n_folds: expected at most as many as there are {what} ({n_units}), but got {n_folds}")
+    splits = []
+    for train, test in split_takes(units, n_folds, rng):
+        sides = [
+            np.concatenate([np.arange(takes[i][1].start, takes[i][1].stop) for i in side]) for side in (train, test)
+        ]
+        check_no_take_is_split(names[sides[0]], names[sides[1]])
+        splits.append((sides[0], sides[1]))
     return splits
 
 

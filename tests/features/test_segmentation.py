@@ -1,4 +1,6 @@
+import inspect
 import re
+from dataclasses import asdict, fields
 
 import numpy as np
 import pandas as pd
@@ -7,7 +9,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from mimique import InputError
 from mimique.features import measure_restlessness, motion_energy, segment
+from mimique.features.segmentation import (
+    SegmentationSettings,
+    cut_motion,
+    measure_joint_restlessness,
+    measure_motion,
+)
 
+# Sharp enough to find where an eased movement begins and ends; the defaults cut where it is half as fast.
+SHARP = {"window": 0.25, "threshold": 10.0, "flank": 0.8}
 BORDERS = np.array([1.0, 1.4, 2.6, 2.9, 4.0, 4.6, 6.1, 6.5])
 
 
@@ -38,9 +48,34 @@ def inner_borders(table: pd.DataFrame, rate: float) -> np.ndarray:
 def test_planted_borders_are_found_and_no_others(rng: np.random.Generator, rate: float, noise: float) -> None:
     if rate == 60.0 and noise == 0.02:
         noise = 0.011  # white noise of 0.02 at 200 Hz is as strong, per hertz, as 0.011 at 60 Hz
-    table = segment(perform(rng, rate, noise=noise), rate)
-    np.testing.assert_allclose(inner_borders(table, rate), BORDERS, atol=0.05)
-    assert list(table["kind"]) == ["stable", "transition"] * 4 + ["stable"]
+    weights = perform(rng, rate, noise=noise)
+    for chosen, tolerance in ((SHARP, 0.05), ({}, 0.1)):
+        table = segment(weights, rate, **chosen)
+        np.testing.assert_allclose(inner_borders(table, rate), BORDERS, atol=tolerance)
+        assert list(table["kind"]) == ["stable", "transition"] * 4 + ["stable"]
+
+
+def test_half_as_fast_is_where_the_defaults_cut() -> None:
+    """In closed form: a smooth step moves at 4 s (1 - s) of its highest speed, which is a half at s = (1 ± √½) / 2."""
+    t = np.arange(1000) / 200
+    pose = np.linspace(0.2, 0.9, 20)
+    table = segment(smoothstep(t, 1.5, 3.5)[:, None] * pose, 200.0, tau=0.0, window=0.1)
+    expected = 1.5 + 2.0 * (1 + np.array([-1, 1]) * np.sqrt(0.5)) / 2
+    np.testing.assert_allclose(inner_borders(table, 200.0), expected, atol=0.011)  # two frames
+
+
+def test_settings_have_the_defaults_of_segment() -> None:
+    parameters = inspect.signature(segment).parameters
+    for field in fields(SegmentationSettings):
+        assert parameters[field.name].default == field.default, field.name
+
+
+def test_motion_cut_in_two_steps_is_the_same(rng: np.random.Generator) -> None:
+    weights = perform(rng, 100.0)
+    settings = SegmentationSettings(window=0.2, threshold=6.0, borders="peaks", directness=0.1)
+    motion = measure_motion(weights, 100.0, tau=settings.tau, window=settings.window)
+    quiet = measure_joint_restlessness([(weights, 100.0)], settings)
+    assert cut_motion(motion, settings, quiet).equals(segment(weights, 100.0, **asdict(settings)))
 
 
 def test_peaks_lie_within_the_transitions(rng: np.random.Generator) -> None:
@@ -66,8 +101,9 @@ def test_a_blink_is_no_border_but_counts_as_printed(rng: np.random.Generator) ->
     weights = perform(rng, 200.0)
     t = np.arange(len(weights)) / 200
     weights[:, 20:22] += (0.9 * (smoothstep(t, 5.2, 5.3) - smoothstep(t, 5.34, 5.5)))[:, None]
-    np.testing.assert_allclose(inner_borders(segment(weights, 200.0), 200.0), BORDERS, atol=0.05)
-    found = inner_borders(segment(weights, 200.0, directness=0.0), 200.0)
+    np.testing.assert_allclose(inner_borders(segment(weights, 200.0, **SHARP), 200.0), BORDERS, atol=0.05)
+    assert len(segment(weights, 200.0)) == len(BORDERS) + 1
+    found = inner_borders(segment(weights, 200.0, directness=0.0, **SHARP), 200.0)
     assert len(found) == len(BORDERS) + 2
     assert ((found > 5.1) & (found < 5.6)).sum() == 2
 
@@ -106,7 +142,7 @@ def test_against_a_slow_reading_of_the_rule(rng: np.random.Generator) -> None:
     text = re.sub(r"(?<=x)\.{1,11}(?=x)", lambda gap: "x" * len(gap[0]), text)  # 0.1 s are 12 frames
     expected = [match.start() for match in re.finditer(r"(?<=x)\.|(?<=\.)x", text)]
     assert len(expected) == len(BORDERS)
-    assert segment(weights, 120.0, directness=0.0)["onset"].tolist()[1:] == expected
+    assert segment(weights, 120.0, directness=0.0, **SHARP)["onset"].tolist()[1:] == expected
 
 
 @settings(max_examples=40, deadline=None)
@@ -150,7 +186,10 @@ def test_no_segment_is_shorter_than_asked(rng: np.random.Generator) -> None:
 
 def test_one_restlessness_for_a_signer_replaces_the_takes_own(rng: np.random.Generator) -> None:
     weights = perform(rng, 200.0)
-    own = measure_restlessness(motion_energy(weights, 200.0).level)
+    own = measure_restlessness(motion_energy(weights, 200.0, window=0.35).level)
+    assert measure_joint_restlessness([(weights, 200.0)]) == own
+    joined = np.concatenate([motion_energy(some, 200.0, window=0.35).level for some in (weights, 2 * weights)])
+    assert measure_joint_restlessness([(weights, 200.0), (2 * weights, 200.0)]) == measure_restlessness(joined)
     assert segment(weights, 200.0, restlessness=own).equals(segment(weights, 200.0))
     assert len(segment(weights, 200.0, restlessness=100 * own)) == 1
 
@@ -164,6 +203,8 @@ def test_nothing_but_gaps() -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
+        ({"window": 0.0}, "window: expected"),
+        ({"tau": -1.0}, "tau: expected"),
         ({"threshold": 0.0}, "threshold: expected"),
         ({"flank": 1.0}, "flank: expected"),
         ({"directness": 1.5}, "directness: expected"),

@@ -114,12 +114,12 @@ def test_structure_is_told_without_any_model() -> None:
 def test_surest_come_first_and_least_score_cuts() -> None:
     segments = pd.DataFrame({"onset": [0, 100, 200], "offset": [100, 200, 300], "label": ["a", "b", "a"]})
     take = LabelledTake("t", "s", "IE", 100.0, segments, n_frames=300)
-    p = np.array([[0.001, 0.999], [0.2, 0.8], [0.02, 0.98]])
+    p = np.array([[0.001, 0.999], [0.2, 0.8], [0.008, 0.992]])
     evidence = {"t": LabelEvidence(("a", "b"), p, np.repeat(p, 100, axis=0), np.full(300, np.nan))}
     found = find_label_mistakes([take], evidence)
     assert found["onset"].tolist() == [0, 200]
     assert found["score"].is_monotonic_decreasing
-    assert "'b' 98%" in found["reason"].iloc[1]
+    assert "'b' 99%" in found["reason"].iloc[1]
     assert len(find_label_mistakes([take], evidence, least_score=0.9)) == 1
 
 

@@ -36,7 +36,7 @@ def test_notebook_runs(path, corpus):
     )
     assert done.returncode == 0, done.stderr[-2000:]
     assert "(simulated)" in done.stdout
-    scores = [line for line in done.stdout.splitlines() if "random-forest" in line or "forest + merging" in line]
+    scores = [line for line in done.stdout.splitlines() if "random-forest" in line or "forest-merging" in line]
     assert scores, done.stdout
 
 

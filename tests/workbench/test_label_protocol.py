@@ -312,7 +312,7 @@ def test_an_empty_corpus(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("words", "part"),
     [
-        (["--protocol", "thesis"], "expected reverdy2019 or across-signers, but got 'thesis'"),
+        (["--protocol", "thesis"], "intensity, but got 'thesis'"),
         (["--out", "scores.txt"], "expected a file that ends in .csv"),
         (["--out", "nowhere/scores.csv"], "there is no folder"),
         (["--classifiers", "oracle"], "expected one of 1-nn"),

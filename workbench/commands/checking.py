@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from .options import At, Author, Branch, CorpusPath, Json, TakeName, TakeNames, print_table
+from .options import Annotator, At, Author, Branch, CorpusPath, Json, TakeName, TakeNames, print_table
 
 repair_app = typer.Typer(help="Repair markers: explicit, recorded, undone at will.", no_args_is_help=True)
 
@@ -27,15 +28,39 @@ def check(
     recorded: Annotated[
         bool, typer.Option("--recorded", help="Check the recordings even where takes were repaired.")
     ] = False,
+    labels: Annotated[
+        bool, typer.Option("--labels", help="Look for likely mistakes in an annotator's labels instead.")
+    ] = False,
+    annotator: Annotator = None,
+    least_score: Annotated[
+        float | None, typer.Option("--least-score", help="With --labels: 0 lists all suspicions; 0.5 by default.")
+    ] = None,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="With --labels: no labeller in time, which takes minutes.")
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """Check markers and tiers: gaps, spikes, swaps, head markers, frame clock, axes, units, neutrals, labels.
+
+    With --labels: swapped labels, shifted boundaries, missing, doubled and short segments, and breaches of the rules of
+    annotation, the surest first, each with its reason; a second annotator's tier is a witness where there is one.
 
     Changes nothing. Exits 0 where there are only notes, 1 where there are warnings or errors, 2 on bad input.
     """
     import json
 
     from ...corpus import Corpus
+    from ...errors import InputError
+
+    if labels:
+        if recorded:
+            raise InputError("check --labels looks at labels, not at recordings; leave --recorded out")
+        found = _check_labels(corpus, at, takes, annotator, 0.5 if least_score is None else least_score, quick, as_json)
+        if found:
+            raise typer.Exit(1)
+        return
+    if annotator is not None or least_score is not None or quick:
+        raise InputError("--annotator, --least-score and --quick go with check --labels")
     from ..pipeline.checking import check_corpus, summarise_takes
     from ..progress import ConsoleReporter
 
@@ -48,6 +73,45 @@ def check(
         _print_findings(report.findings)
     if report.has_problems:
         raise typer.Exit(1)
+
+
+def _check_labels(
+    corpus: Path,
+    at: str | None,
+    takes: list[str] | None,
+    annotator: str | None,
+    least_score: float,
+    quick: bool,
+    as_json: bool,
+) -> int:
+    """Print likely mistakes and return how many there are."""
+    import json
+
+    from ...corpus import Corpus
+    from ..pipeline.checking_labels import check_labels
+    from ..progress import ConsoleReporter
+
+    result = check_labels(
+        Corpus.open(corpus, at=at),
+        annotator=annotator,
+        takes=takes,
+        least_score=least_score,
+        temporal=not quick,
+        reporter=ConsoleReporter(),
+    )
+    findings = result.findings
+    if as_json:
+        rows = json.loads(findings.to_json(orient="records"))
+        record = {"annotator": result.annotator, "second": result.second, "notes": result.notes, "findings": rows}
+        print(json.dumps(record, indent=2, ensure_ascii=False))
+        return len(findings)
+    beside = f", a second annotator beside in {result.second} takes" if result.second else ""
+    print(f"{len(findings)} likely mistakes in the labels of {result.annotator}{beside}")
+    for row in findings.itertuples():
+        print(f"{row.score:.2f}  {row.take}  [{row.onset}, {row.offset})  {row.problem}: {row.reason}")
+    for note in result.notes:
+        print(f"note: {note}")
+    return len(findings)
 
 
 def _print_findings(findings) -> None:  # type: ignore[no-untyped-def]  # a DataFrame; pandas is imported late

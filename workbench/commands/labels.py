@@ -23,7 +23,11 @@ def register(app: typer.Typer) -> None:
 def train(
     corpus: CorpusPath,
     classifier: Annotated[
-        str, typer.Option(help="1-nn, 3-nn, linear-svm, rbf-svm or random-forest.")
+        str,
+        typer.Option(
+            help="Of segments: 1-nn, 3-nn, linear-svm, rbf-svm or random-forest. In time: per-frame-forest, "
+            "per-frame-linear, forest-merging, linear-merging, hmm, crf, or the networks lstm, gru and tcn."
+        ),
     ] = "random-forest",
     annotator: Annotator = None,
     protocols: Annotated[str, typer.Option(help="Protocols to learn from.")] = "IE,SE",
@@ -31,18 +35,25 @@ def train(
     cross_signers: Annotated[
         bool, typer.Option("--cross-signers", help="Learn for each signer from all the others instead.")
     ] = False,
+    all_signers: Annotated[
+        bool, typer.Option("--all-signers", help="Learn one model from all signers, for those to come.")
+    ] = False,
     name: Annotated[
         str | None,
-        typer.Option(help="Of the model; SIGNER-CLASSIFIER or without-SIGNER-CLASSIFIER by default."),
+        typer.Option(
+            help="Of the model; SIGNER-CLASSIFIER, without-SIGNER-CLASSIFIER or all-signers-CLASSIFIER by default."
+        ),
     ] = None,
     seed: Seed = 0,
+    device: Annotated[str, typer.Option(help="Where networks are trained: auto, cpu, cuda ...")] = "auto",
     author: Author = None,
     branch: Branch = None,
     as_json: Json = False,
 ) -> None:
-    """Learn an affect classifier per signer from annotated takes.
+    """Learn a model of affects per signer from annotated takes.
 
-    It is tested on the signer's annotated EU takes, and stored with all that it was made from: see mimique model show.
+    Its confidence is calibrated on takes held out in turn; it is tested on the signer's annotated EU takes, and stored
+    with all that it was made from: see mimique model show. An interrupted training goes on when it is run again.
     """
     from ...corpus import Corpus
     from ..pipeline.ingesting import split_names
@@ -56,8 +67,10 @@ def train(
         protocols=split_names(protocols),
         signers=signers,
         cross_signers=cross_signers,
+        all_signers=all_signers,
         name=name,
         seed=seed,
+        device=device,
         author=author,
         reporter=ConsoleReporter(),
     )
@@ -72,8 +85,9 @@ def label(
     branch: Branch = None,
     as_json: Json = False,
 ) -> None:
-    """Label the segments of takes by a model.
+    """Label takes by a model.
 
+    Classifiers name the segments that mimique segment cut; labellers in time find segments and transitions themselves.
     The labels are a tier of the model's own; what people annotated stays.
     """
     from ...corpus import Corpus

@@ -111,16 +111,30 @@ def segment(
     takes: TakeNames = None,
     solve: SolveName = None,
     threshold: Annotated[
-        float, typer.Option(help="Least size of a movement, in units of the signer's restlessness; higher finds less.")
-    ] = 10.0,
+        float | None,
+        typer.Option(
+            help="Least size of a movement, in units of the signer's restlessness; 14 by default, higher finds less."
+        ),
+    ] = None,
     borders: Annotated[
         str, typer.Option(help="flanks: transitions are segments of their own; peaks: one border a movement.")
     ] = "flanks",
+    tune: Annotated[
+        bool,
+        typer.Option("--tune", help="Choose threshold, smoothing and flanks by the borders that a person annotated."),
+    ] = False,
+    annotator: Annotated[
+        str | None, typer.Option(help="Whose tier 'affect' --tune looks at; who annotated most by default.")
+    ] = None,
     author: Author = None,
     branch: Branch = None,
     as_json: Json = False,
 ) -> None:
-    """Cut takes into segments by how their weights move."""
+    """Cut takes into segments by how their weights move.
+
+    With --tune, what is chosen is told with its score on signers who had no part in the choice, and stored with every
+    tier that is cut.
+    """
     from ...corpus import Corpus
     from ..pipeline.segmenting import segment as run
     from ..progress import ConsoleReporter
@@ -131,6 +145,8 @@ def segment(
         solve=solve,
         threshold=threshold,
         borders=borders,
+        tune=tune,
+        annotator=annotator,
         author=author,
         reporter=ConsoleReporter(),
     )

@@ -94,7 +94,7 @@ def evaluate(
         refuse_unlabelled_signers(corpus, takes, whose, used, signers)
     if not takes:
         raise InputError(f"{whose} has labelled no take of the protocols {', '.join(used)}")
-    _check_shapes(corpus, takes)
+    check_shapes(corpus, takes)
     automatic = {}
     for take in takes:
         segments = read_segments(corpus, take.name)
@@ -119,7 +119,50 @@ def evaluate(
     )
 
 
-def _check_shapes(corpus: CorpusView, takes: Sequence[LabelledTake]) -> None:
+@dataclass(frozen=True)
+class SecondTier:
+    """A take with another annotator's tier; ``reading`` says how the two tiers came about, by the less independent."""
+
+    annotator: str
+    take: LabelledTake
+    reading: str
+
+
+def read_second_tiers(
+    corpus: CorpusView, tested: Sequence[LabelledTake], whose: str
+) -> tuple[list[SecondTier], list[str]]:
+    """Read what everybody but the reference's annotator made of some takes.
+
+    Adjudicated tiers, on either side, are nobody's own reading and are left out; so are tiers that cannot be read, with
+    a note: the reference is good, and a bad second tier must not stop an evaluation.
+
+    Returns
+    -------
+    The tiers, annotator by annotator, and the notes.
+    """
+    second, notes = [], []
+    reference = {take.name: tell_reading(corpus.tier(take.name, AFFECT_TIER, author=whose)) for take in tested}
+    for other in sorted(set(count_annotators(corpus)) - {whose}):
+        for take in tested:
+            listed = corpus.tiers(take.name)
+            if not ((listed["tier"] == AFFECT_TIER) & (listed["author"] == other)).any():
+                continue
+            tier = corpus.tier(take.name, AFFECT_TIER, author=other)
+            both = {reference[take.name], tell_reading(tier)}
+            if ADJUDICATED in both:
+                continue
+            try:
+                labelled = LabelledTake(
+                    take.name, take.signer, take.protocol, take.rate, name_affects(tier), n_frames=take.n_frames
+                )
+            except MimiqueError as error:
+                notes.append(f"{other} is not compared there: {error}")
+                continue
+            second.append(SecondTier(other, labelled, WITH_PROPOSALS if WITH_PROPOSALS in both else FROM_SCRATCH))
+    return second, notes
+
+
+def check_shapes(corpus: CorpusView, takes: Sequence[LabelledTake]) -> None:
     """Refuse takes whose weights are of other shapes, or in another order: columns would mean different things."""
     first: tuple[str, list[str]] | None = None
     for take in takes:
@@ -145,27 +188,12 @@ def _compare_people(
         if names:
             notes.append(f"the reference of {len(names)} of {len(tested)} tested takes {what}: {', '.join(names[:5])}")
     tables = []
-    for other in sorted(set(count_annotators(corpus)) - {whose}):
-        second, readings = [], {}
-        for take in tested:
-            listed = corpus.tiers(take.name)
-            if not ((listed["tier"] == AFFECT_TIER) & (listed["author"] == other)).any():
-                continue
-            tier = corpus.tier(take.name, AFFECT_TIER, author=other)
-            both = {reference[take.name], tell_reading(tier)}
-            if ADJUDICATED in both:
-                continue
-            try:
-                second.append(
-                    LabelledTake(
-                        take.name, take.signer, take.protocol, take.rate, name_affects(tier), n_frames=take.n_frames
-                    )
-                )
-            except MimiqueError as error:  # the reference is good; a bad second tier must not stop the evaluation
-                notes.append(f"{other} is not compared there: {error}")
-                continue
-            readings[take.name] = WITH_PROPOSALS if WITH_PROPOSALS in both else FROM_SCRATCH
-        table = compare_annotators(found.answers, second, other, rng=rng, readings=readings)
+    second, unreadable = read_second_tiers(corpus, tested, whose)
+    notes += unreadable
+    for other in dict.fromkeys(tier.annotator for tier in second):
+        theirs = [tier for tier in second if tier.annotator == other]
+        readings = {tier.take.name: tier.reading for tier in theirs}
+        table = compare_annotators(found.answers, [tier.take for tier in theirs], other, rng=rng, readings=readings)
         if len(table):
             tables.append(table)
     if not tables:

@@ -1,10 +1,15 @@
-"""An evaluation as text for people, as JSON for scripts, and as CSV files."""
+"""An evaluation as text for people, as JSON for scripts, and as CSV files.
+
+The two protocols of :func:`~.evaluating.evaluate` have tables of their own form. All others give a
+:class:`TableResult`: tables by name, and notes; ``x_low`` and ``x_high`` beside ``x`` are the ends of its interval.
+"""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import pandas as pd
@@ -14,13 +19,65 @@ from ..text_files import write_text
 from .evaluating import CorpusEvaluation
 from .model_cards import format_interval
 
-__all__ = ["check_csv", "format_evaluation", "to_json", "write_csv"]
+__all__ = [
+    "TableResult",
+    "check_csv",
+    "format_evaluation",
+    "format_tables",
+    "join_intervals",
+    "tables_to_json",
+    "to_json",
+    "write_csv",
+    "write_tables",
+]
 
 GROUPS = ("signer", "segmentation")
+SIMULATED = "simulated signers: these numbers say how the methods work, not how people are recognised"
 TITLES = {
     "reverdy2019": "Per signer, as Reverdy 2019, Figure 4.4: trained on the signer's own takes",
     "across-signers": "Across signers: trained on all other signers' takes",
 }
+
+
+class TableResult(Protocol):
+    """What an evaluation gives that is not one of classifiers on segments."""
+
+    @property
+    def tables(self) -> Mapping[str, pd.DataFrame]:
+        """Tables by name."""
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Sentences that a reader of the numbers should know."""
+
+
+def format_tables(result: TableResult, protocol: str, simulated: bool) -> str:
+    """Return the tables and notes as text; numbers with an interval carry it in brackets."""
+    mark = " (simulated)" if simulated else ""
+    whose = getattr(result, "annotator", "")
+    parts = [SIMULATED] if simulated else []
+    for name, table in result.tables.items():
+        title = f"{protocol}: {name.replace('_', ' ')}{mark}{f'; reference: {whose}' if whose else ''}"
+        parts.append(f"{title}\n{_text(join_intervals(table)) if len(table) else 'nothing'}")
+    return "\n\n".join(parts + [f"note: {note}" for note in result.notes])
+
+
+def tables_to_json(result: TableResult, protocol: str, snapshot: str, simulated: bool) -> str:
+    """Return all tables as one JSON object; numbers that are not known are null."""
+    record: dict[str, Any] = {"snapshot": snapshot, "simulated": simulated, "protocol": protocol}
+    record["annotator"] = getattr(result, "annotator", None)
+    record["tables"] = {name: _records(table) for name, table in result.tables.items()}
+    return json.dumps({**record, "notes": list(result.notes)}, indent=2, ensure_ascii=False)
+
+
+def write_tables(result: TableResult, path: Path, protocol: str, simulated: bool) -> list[Path]:
+    """Write each table as ``…_name.csv`` beside the path; a column says what is simulated."""
+    written = []
+    for name, table in result.tables.items():
+        target = path.with_name(f"{path.stem}_{name}{path.suffix}")
+        write_text(target, table.assign(protocol=protocol, simulated=simulated).to_csv(index=False))
+        written.append(target)
+    return written
 
 
 def format_evaluation(result: CorpusEvaluation, simulated: bool) -> str:
@@ -28,7 +85,7 @@ def format_evaluation(result: CorpusEvaluation, simulated: bool) -> str:
     mark = " (simulated)" if simulated else ""
     parts = []
     if simulated:
-        parts.append("simulated signers: these numbers say how the methods work, not how people are recognised")
+        parts.append(SIMULATED)
     parts.append(f"{TITLES[result.protocol]}{mark}; reference: {result.annotator}\n" + _text(_score_table(result)))
     parts.append(f"Class counts{mark}: training frames, and tested segments\n" + _text(_class_table(result.classes)))
     if len(result.people):
@@ -122,6 +179,31 @@ def _in_groups(table: pd.DataFrame) -> pd.DataFrame:
 
 def _text(table: pd.DataFrame) -> str:
     return table.to_string(index=False)
+
+
+def join_intervals(table: pd.DataFrame) -> pd.DataFrame:
+    """Return the table as text, with the ends of an interval behind its number."""
+    shown = {}
+    for name in table.columns:
+        if str(name).endswith(("_low", "_high")) and str(name).rpartition("_")[0] in table.columns:
+            continue
+        cells = [_cell(value) for value in table[name]]
+        if f"{name}_low" in table.columns and f"{name}_high" in table.columns:
+            ends = zip(table[f"{name}_low"], table[f"{name}_high"], strict=True)
+            cells = [
+                cell if pd.isna(low) or pd.isna(high) else f"{cell} [{_cell(low)}, {_cell(high)}]"
+                for cell, (low, high) in zip(cells, ends, strict=True)
+            ]
+        shown[str(name).replace("_", " ")] = cells
+    return pd.DataFrame(shown)
+
+
+def _cell(value: Any) -> str:
+    if value is None or (isinstance(value, float) and np.isnan(value)):
+        return "–"
+    if isinstance(value, float):
+        return f"{value:.1f}" if abs(value) >= 10 else f"{round(value, 3) + 0.0:.3f}"
+    return str(value)
 
 
 def _records(table: pd.DataFrame) -> list[dict[str, Any]]:

@@ -1,8 +1,8 @@
-"""Labels of models for the segments of takes (Reverdy 2019, 4.4.3)."""
+"""Labels of models for takes: for segments cut before (Reverdy 2019, 4.4.3), or found by a labeller in time."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,8 +11,9 @@ import pandas as pd
 from ...corpus import Corpus
 from ...corpus.annotations.vocabulary import Transition, format_label
 from ...corpus.store.provenance import describe_step
+from ...corpus.store.view import CorpusView
 from ...errors import InputError, NotFoundError
-from ...models import AffectModel, label_segments
+from ...models.stored_models import StoredModel
 from ..progress import Reporter
 from .labelled_takes import AFFECT_TIER
 from .segmenting import MACHINE, SEGMENT_TIER, read_segments
@@ -27,7 +28,7 @@ def label(
     author: str | None = None,
     reporter: Reporter | None = None,
 ) -> pd.DataFrame:
-    """Label the segments of takes by a model and store them as its own tier ``affect``, in one commit.
+    """Label takes by a model and store the segments as its own tier ``affect``, in one commit.
 
     The tier's author is the model's name, its origin ``model``, its status ``proposed``: a person's tier is never
     touched. Neighbours with the same label become one segment.
@@ -35,11 +36,12 @@ def label(
     Parameters
     ----------
     corpus
-        With weights, segments and models.
+        With weights and models; models that name segments need those too (a labeller in time finds its own).
     model
-        Name; each signer's own model if left out, else the one that learned from all signers but this one.
+        Name; each signer's own model if left out, else the one that learned from all signers but this one, else the one
+        that learned from all.
     takes
-        Names; all takes that have segments if left out.
+        Names; all takes that have what their model needs if left out.
 
     Returns
     -------
@@ -49,40 +51,34 @@ def label(
     Raises
     ------
     MimiqueError
-        If a model or the segments are missing, several models would do, or a model was trained with other shapes or
-        another vocabulary; nothing is changed then.
+        If a model, weights or segments are missing, several models would do, or a model was trained with other shapes,
+        another vocabulary or (labellers in time) another rate; nothing is changed then.
     """
     reporter = reporter or Reporter()
-    segments = _read_all_segments(corpus, takes)
-    chosen = list(segments)
-    by_signer = _models_by_signer(corpus)
-    signers = corpus.takes().set_index("take")["signer"]
-    fitted: dict[str, AffectModel] = {}
+    models = {model: corpus.model_metadata(model)} if model else {n: corpus.model_metadata(n) for n in corpus.models()}
+    chosen = _choose_models(corpus, models, takes, model)
+    solves = {name: corpus.current_solve(name) for name in chosen}
+    fingerprints = {used: corpus.fingerprint(None, "model", used) for used in set(chosen.values())}
+    fitted: dict[str, StoredModel] = {}
     rows: list[dict[str, Any]] = []
-    what = f"{len(chosen)} takes" if len(chosen) > 1 else chosen[0]
+    what = f"{len(chosen)} takes" if len(chosen) > 1 else next(iter(chosen))
     message = f"Label {what} with {model or 'the models of their signers'}"
     with corpus.transaction(message, command="label", parameters={"model": model}, author=author) as edit:
         with reporter.stage("Labelling", len(chosen)) as finished:
-            for name in chosen:
-                used = model or _choose_model(by_signer, name, signers[name])
-                solve = corpus.current_solve(name)
-                provenance = describe_step(
-                    "label",
-                    inputs={
-                        "weights": corpus.fingerprint(name, "weights", solve),
-                        "segments": corpus.fingerprint(name, "tier", SEGMENT_TIER, MACHINE),
-                        "model": corpus.fingerprint(None, "model", used),
-                    },
-                    parameters={"model": used, "solve": solve},
-                )
+            for name, used in chosen.items():
+                inputs = {"weights": corpus.fingerprint(name, "weights", solves[name])}
+                if needs_segments(models[used]):
+                    inputs["segments"] = corpus.fingerprint(name, "tier", SEGMENT_TIER, MACHINE)
+                inputs["model"] = fingerprints[used]
+                provenance = describe_step("label", inputs=inputs, parameters={"model": used, "solve": solves[name]})
                 outcome = "unchanged"
                 if corpus.is_done(provenance, name, "tier", AFFECT_TIER, used):
                     table = corpus.tier(name, AFFECT_TIER, author=used)
                 else:
                     if used not in fitted:
-                        check_vocabulary(corpus, used, corpus.model_metadata(used))
+                        check_vocabulary(corpus, used, models[used])
                         fitted[used], _ = load_model(corpus, used)
-                    table = _label_take(corpus, name, fitted[used], segments[name])
+                    table = label_take(corpus, name, fitted[used])
                     edit.put_tier(name, AFFECT_TIER, table, author=used, provenance=provenance)
                     outcome = "labelled"
                 rows.append(
@@ -99,35 +95,74 @@ def label(
     return pd.DataFrame(rows).sort_values("take", ignore_index=True)
 
 
-def _read_all_segments(corpus: Corpus, takes: Sequence[str] | None) -> dict[str, pd.DataFrame]:
-    names = corpus.takes()["take"].tolist() if takes is None else list(takes)
-    found = {name: read_segments(corpus, name) for name in names}
-    segmented = {name: segments for name, segments in found.items() if segments is not None}
-    missing = sorted(set(names) - set(segmented))
-    if takes is not None and missing:
-        raise NotFoundError(
-            f"take {missing[0]!r}: it has no segments yet; run: mimique segment CORPUS --take {missing[0]}"
-        )
-    if not segmented:
-        raise NotFoundError("no take has segments yet; run: mimique segment CORPUS")
-    return segmented
+def needs_segments(metadata: Mapping[str, Any]) -> bool:
+    """Whether a stored model names segments that were cut before, rather than find them itself."""
+    return "labeller" not in metadata
 
 
-def _models_by_signer(corpus: Corpus) -> dict[str, list[str]]:
-    """Return the models of each signer: their own, or, where they have none, those that held them out."""
-    own: dict[str, list[str]] = {}
-    others: dict[str, list[str]] = {}
-    for name in corpus.models():
-        facts = corpus.model_metadata(name)
+def _choose_models(
+    corpus: Corpus, models: Mapping[str, dict[str, Any]], takes: Sequence[str] | None, model: str | None
+) -> dict[str, str]:
+    """Return the model of each take to label; takes that lack what their model needs are left out unless named."""
+    table = corpus.takes().set_index("take")
+    names = table.index.tolist() if takes is None else list(takes)
+    strangers = sorted(set(names) - set(table.index))
+    if strangers:
+        corpus.take_attributes(strangers[0])  # says which takes there are
+    by_signer = {} if model else _models_by_signer(models)
+    chosen: dict[str, str] = {}
+    lacking: dict[str, str] = {}
+    unserved: list[str] = []
+    for name in names:
+        signer = str(table.loc[name, "signer"])
+        if model is None and takes is None and signer not in by_signer and None not in by_signer:
+            unserved.append(name)
+            continue
+        used = model or _choose_model(by_signer, name, signer)
+        if not needs_segments(models[used]):
+            lack = "" if corpus.current_solve(name) else "solve"
+        else:
+            lack = "" if has_segments(corpus, name) else "segment"
+        if lack:
+            lacking[name] = lack
+        else:
+            chosen[name] = used
+    segmented = [name for name in unserved if has_segments(corpus, name)]
+    if segmented:  # a take that is ready and that no model serves is told, not passed over
+        _choose_model(by_signer, segmented[0], str(table.loc[segmented[0], "signer"]))
+    if takes is not None and lacking:
+        name = min(lacking)
+        what = "segments" if lacking[name] == "segment" else "weights"
+        raise NotFoundError(f"take {name!r}: it has no {what} yet; run: mimique {lacking[name]} CORPUS --take {name}")
+    if not chosen:
+        lack = "solve" if set(lacking.values()) == {"solve"} else "segment"
+        what = "segments" if lack == "segment" else "weights"
+        raise NotFoundError(f"no take has {what} yet; run: mimique {lack} CORPUS")
+    return chosen
+
+
+def has_segments(corpus: CorpusView, take: str) -> bool:
+    """Whether a take was cut by its motion."""
+    listed = corpus.tiers(take)
+    return bool(((listed["tier"] == SEGMENT_TIER) & (listed["author"] == MACHINE)).any())
+
+
+def _models_by_signer(models: Mapping[str, dict[str, Any]]) -> dict[str | None, list[str]]:
+    """Return the models of each signer: their own, else those that held them out; under None those of all signers."""
+    own: dict[str | None, list[str]] = {}
+    others: dict[str | None, list[str]] = {}
+    for name, facts in models.items():
         if facts.get("signer"):
             own.setdefault(str(facts["signer"]), []).append(name)
         elif facts.get("held_out_signer"):
             others.setdefault(str(facts["held_out_signer"]), []).append(name)
+        elif facts.get("signers"):
+            others.setdefault(None, []).append(name)
     return {**others, **own}
 
 
-def _choose_model(by_signer: dict[str, list[str]], take: str, signer: object) -> str:
-    names = by_signer.get(str(signer), [])
+def _choose_model(by_signer: dict[str | None, list[str]], take: str, signer: str) -> str:
+    names = by_signer.get(signer) or by_signer.get(None, [])
     if not names:
         raise NotFoundError(f"take {take!r}: no model of signer {signer}; train one, or choose one with --model")
     if len(names) > 1:
@@ -137,19 +172,27 @@ def _choose_model(by_signer: dict[str, list[str]], take: str, signer: object) ->
     return names[0]
 
 
-def _label_take(corpus: Corpus, name: str, model: AffectModel, segments: pd.DataFrame | None = None) -> pd.DataFrame:
+def label_take(corpus: CorpusView, name: str, model: StoredModel) -> pd.DataFrame:
+    """Return the tier that a model gives a take.
+
+    Raises
+    ------
+    MimiqueError
+        If the take's weights are of other shapes or another rate than the model knows, or all NaN, or the segments that
+        the model needs are not there.
+    """
     weights = corpus.weights(name)
     try:
-        model.check_shapes([str(s) for s in weights["shape"].values])
+        model.check_fit([str(s) for s in weights["shape"].values], float(weights.attrs["rate"]))
     except InputError as error:
         raise InputError(f"take {name!r}: {error}; train again on this solve, or solve on the model's rig") from error
     values = weights["weights"].values
     if not np.isfinite(values).all(axis=1).any():
         raise InputError(f"take {name!r}: expected weights, but all its frames are NaN; check it, and solve it again")
-    segments = read_segments(corpus, name) if segments is None else segments
-    if segments is None:
+    segments = read_segments(corpus, name) if model.needs_segments else None
+    if segments is None and model.needs_segments:
         raise NotFoundError(f"take {name!r}: it has no segments yet; run: mimique segment CORPUS --take {name}")
-    labelled = label_segments(model, values, segments)
+    labelled = model.label(values, segments)
     labelled = labelled[labelled["label"] != ""].reset_index(drop=True)
     return join_equal_neighbours(labelled).assign(origin="model", status="proposed")
 

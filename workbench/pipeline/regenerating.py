@@ -7,10 +7,10 @@ the result was written in is read, or the one that this began from.
 
 from __future__ import annotations
 
+import importlib.metadata
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 from zarr.storage import MemoryStore
@@ -25,17 +25,18 @@ from ...corpus.store.tables import complete_table, fingerprint_table
 from ...corpus.store.transaction import Transaction
 from ...corpus.take import select_markers
 from ...errors import MimiqueError, NotFoundError
-from ...models import collect_training_samples, fit_affect_classifier
+from ...models import LabelledTake
+from ...models.labellers.networks import NETWORKS
 from ...synthesis import Rig
 from ..scratch import Scratch
 from .labelled_takes import AFFECT_TIER, read_labelled_takes
-from .labelling import _label_take
+from .labelling import label_take
 from .repairing import _to_dataset, apply_operations
-from .segmenting import MACHINE, SEGMENT_TIER, _segment_take
+from .segmenting import MACHINE, SEGMENT_TIER, segment_again
 from .session_solver import SessionSolver, SolveOptions
 from .solving import _describe_group, _make_solver, _Plan, _put_results
 from .stabilising import REPAIRED, group_sessions
-from .training import load_model
+from .training import ACROSS, ALL, OWN, find_inputs, learn, load_model
 
 NOT_COMPARED = ("id", "revision")
 """Columns of a tier that differ from run to run: ids are random."""
@@ -68,8 +69,7 @@ class Regenerator:
             "segment": self._compare_segments,
             "label": self._compare_labels,
             "repair": self._compare_repair,
-            "train": self._compare_model,
-            "train across signers": self._compare_model,
+            **dict.fromkeys((OWN, ACROSS, ALL), self._compare_model),
         }
 
     def __call__(self, unit: str) -> Outcome:
@@ -169,8 +169,7 @@ class Regenerator:
         solve = str(parameters["solve"])
         for version in self._versions(unit):
             if _holds(version, take, "weights", solve, None, provenance["inputs"]["weights"]):
-                settings = (parameters["threshold"], parameters["borders"], parameters["restlessness"])
-                return self._judge_tier(unit, _segment_take(version, take, solve, *settings))
+                return self._judge_tier(unit, segment_again(version, take, parameters))
         return "note", NO_INPUTS
 
     def _compare_labels(self, unit: str, provenance: dict[str, Any]) -> Outcome:
@@ -180,10 +179,12 @@ class Regenerator:
             if (
                 _holds(version, take, "weights", solve, None, inputs["weights"])
                 and version.current_solve(take) == solve
-                and _holds(version, take, "tier", SEGMENT_TIER, MACHINE, inputs["segments"])
+                and (
+                    "segments" not in inputs or _holds(version, take, "tier", SEGMENT_TIER, MACHINE, inputs["segments"])
+                )
                 and _holds(version, None, "model", model, None, inputs["model"])
             ):
-                return self._judge_tier(unit, _label_take(version, take, load_model(version, model)[0]))
+                return self._judge_tier(unit, label_take(version, take, load_model(version, model)[0]))
         return "note", NO_INPUTS
 
     def _compare_repair(self, unit: str, provenance: dict[str, Any]) -> Outcome:
@@ -204,33 +205,46 @@ class Regenerator:
         facts, name = self._facts(unit), decode_name(unit.split("/")[1])
         metadata, parameters = facts["metadata"], provenance["parameters"]
         whose = str(parameters["annotator"])
+        kinds = {
+            key.partition(" of ")[0] for key in provenance["inputs"]
+        }  # older models were not calibrated on segments
         for version in self._versions(unit):
-            inputs: dict[str, str] = {}
-            for take in metadata["takes"]:
-                current = version.current_solve(take) if version.has_take(take) else None
-                if current is None or not version.provenance(take, "weights", current):
-                    break
-                inputs[f"weights of {take}"] = version.fingerprint(take, "weights", current)
-                listed = version.tiers(take)
-                if ((listed["tier"] == AFFECT_TIER) & (listed["author"] == whose)).any():
-                    inputs[f"labels of {take}"] = version.fingerprint(take, "tier", AFFECT_TIER, whose)
+            takes = self._read_taught(version, metadata["takes"], whose, parameters["protocols"])
+            if takes is None:
+                continue
+            inputs = {k: v for k, v in find_inputs(version, takes, whose).items() if k.partition(" of ")[0] in kinds}
             if inputs != provenance["inputs"]:
                 continue
-            takes = read_labelled_takes(
+            model, _ = learn(
                 version,
-                whose,
-                signers=metadata.get("signers") or [metadata["signer"]],
-                protocols=tuple(parameters["protocols"]),
+                takes,
+                parameters["classifier"],
+                parameters["seed"],
+                str(metadata.get("signer") or metadata.get("held_out_signer") or "all"),
+                calibrated=bool(parameters.get("calibrated")),
             )
-            chosen = [take for take in takes if take.name in metadata["takes"]]
-            samples, labels = collect_training_samples(chosen)
-            rng = np.random.default_rng(parameters["seed"])
-            shapes = [str(s) for s in version.weights(chosen[0].name)["shape"].values]
-            model = fit_affect_classifier(parameters["classifier"], samples, list(labels), rng=rng, shapes=shapes)
             edit = _rehearse(version, None)
-            edit.put_model(name, *model.to_arrays())
-            return _judge(edit.fingerprint(None, "model", name), facts["fingerprint"])
+            edit.put_model(name, model.to_arrays()[0], {})
+            outcome = _judge(edit.fingerprint(None, "model", name), facts["fingerprint"])
+            if outcome is not None and (elsewhere := _say_elsewhere(metadata)):
+                return "note", f"{outcome[1]}, as it may: it was made {elsewhere}"
+            return outcome
         return "note", NO_INPUTS
+
+    def _read_taught(
+        self, version: Corpus, names: list[str], whose: str, protocols: list[str]
+    ) -> list[LabelledTake] | None:
+        """Return the takes that a model was learned from, in order; None where this version has not all of them."""
+        for take in names:
+            current = version.current_solve(take) if version.has_take(take) else None
+            if current is None:
+                return None
+            listed = version.tiers(take)
+            if not ((listed["tier"] == AFFECT_TIER) & (listed["author"] == whose)).any():
+                return None
+        takes = read_labelled_takes(version, whose, protocols=tuple(protocols))
+        chosen = [take for take in takes if take.name in set(names)]
+        return chosen if [take.name for take in chosen] == list(names) else None
 
     def _judge_tier(self, unit: str, table: pd.DataFrame) -> Outcome:
         take, author, tier = (decode_name(unit.split("/")[place]) for place in (1, 3, 4))
@@ -287,6 +301,16 @@ def _holds(version: Corpus, take: str | None, kind: str, name: str | None, autho
 def _essence(description: dict[str, Any]) -> dict[str, Any]:
     """Return what a step depends on, without the version of the code."""
     return {key: description.get(key) for key in ("step", "inputs", "parameters")}
+
+
+def _say_elsewhere(metadata: dict[str, Any]) -> str:
+    """Return where a network was trained, if not with what is here: rounding differs, and the training follows it."""
+    if metadata.get("classifier") not in NETWORKS:
+        return ""
+    made, here = metadata.get("versions", {}).get("torch"), importlib.metadata.version("torch")
+    if metadata.get("device", "cpu") != "cpu":
+        return f"on the device {metadata['device']}, and is derived on the CPU"
+    return "" if made == here else f"with PyTorch {made}, and this is {here}"
 
 
 def _judge(again: str | None, stored: str) -> Outcome:

@@ -11,14 +11,16 @@ from mimique.models.labellers import (
     LABELLERS,
     HiddenMarkovLabeller,
     MergingLabeller,
+    NetworkLabeller,
     OrdinalClassifier,
     PerFrameLabeller,
     RandomFieldLabeller,
     has_torch,
+    take_splits,
 )
 from sklearn.base import clone
 from sklearn.linear_model import LogisticRegression
-from sklearn.model_selection import GridSearchCV, GroupKFold
+from sklearn.model_selection import GridSearchCV, GroupKFold, KFold
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 from sklearn.utils.estimator_checks import check_estimator
@@ -128,7 +130,7 @@ def test_bad_input_is_one_line(name, spoil, words):
 
 def test_other_features_are_refused():
     X, y, groups = performances(n_takes=3)
-    labeller = make("per-frame linear").fit(X, y, groups)
+    labeller = make("per-frame-linear").fit(X, y, groups)
     with pytest.raises(InputError, match="4 features"):
         labeller.predict(X[:, :4])
 
@@ -153,13 +155,13 @@ def test_bad_parameters(labeller, words):
         labeller.fit(X, y, groups)
 
 
-@pytest.mark.parametrize("name", ["forest + merging", "hmm", "crf"])
+@pytest.mark.parametrize("name", ["forest-merging", "hmm", "crf"])
 def test_smoothing_leaves_fewer_segments_and_more_right(name):
     X, y, groups = performances(noise=1.0)
     test = np.isin(groups, ["take6", "take7"])
     plain, smooth = (
         make(kind).fit(X[~test], y[~test], groups[~test]).predict(X[test], groups[test])
-        for kind in ("per-frame linear", name)
+        for kind in ("per-frame-linear", name)
     )
     changes = [int((found[1:] != found[:-1]).sum()) for found in (y[test], plain, smooth)]
     assert changes[0] <= changes[2] + 3 < changes[1]
@@ -214,6 +216,7 @@ def test_grid_search_in_a_pipeline_with_routing():
 
 
 LINEAR = LogisticRegression(max_iter=1000)
+ONE = {"rate": 25.0, "velocity": (), "single_take": True}
 # Rows in another order, or fewer of them, are another sequence: its labels may differ.
 ORDER = "what a frame is labelled depends on its neighbours"
 SEQUENCE = {
@@ -226,13 +229,66 @@ SEQUENCE = {
 @pytest.mark.parametrize(
     ("labeller", "expected"),
     [
-        (PerFrameLabeller(25.0, classifier=LINEAR, velocity=()), {}),
-        (MergingLabeller(25.0, classifier=LINEAR, velocity=(), min_duration=0.0, change=0.0), {}),
-        (HiddenMarkovLabeller(25.0, classifier=LINEAR, velocity=(), n_folds=2), SEQUENCE),
-        (RandomFieldLabeller(25.0, emissions="descriptors", velocity=(), max_iterations=5), SEQUENCE),
+        (PerFrameLabeller(classifier=LINEAR, **ONE), {}),
+        (MergingLabeller(classifier=LINEAR, min_duration=0.0, change=0.0, **ONE), {}),
+        (HiddenMarkovLabeller(classifier=LINEAR, n_folds=2, **ONE), SEQUENCE),
+        (RandomFieldLabeller(emissions="descriptors", max_iterations=5, **ONE), SEQUENCE),
         (OrdinalClassifier(), {"check_classifiers_train": "three clouds in the plane are not in one order"}),
     ],
     ids=lambda value: type(value).__name__ if hasattr(value, "fit") else "",
 )
 def test_check_estimator(labeller, expected):
     check_estimator(labeller, expected_failed_checks=expected, on_skip=None, on_fail="raise")
+
+
+@pytest.mark.skipif(not has_torch(), reason="PyTorch is not installed")
+@pytest.mark.parametrize("kind", NETWORKS)
+def test_check_estimator_of_networks(kind):
+    small = {"n_hidden": 8, "n_layers": 1, "max_epochs": 2, "min_duration": 0.0, "change": 0.0, "device": "cpu"}
+    expected = {
+        **SEQUENCE,
+        "check_classifiers_train": "two passes over a sequence without an order teach a network nothing",
+    }
+    labeller = NetworkLabeller(network=kind, **small, **ONE)
+    check_estimator(labeller, expected_failed_checks=expected, on_skip=None, on_fail="raise")
+
+
+def test_frames_of_unknown_takes_are_refused():
+    """Searches over plain arrays pass groups to the splitter only; what is read as one take may be many."""
+    X, y, groups = performances(n_takes=4)
+    labeller = make("per-frame-linear")
+    with pytest.raises(InputError, match="expected the take of each frame, but got none"):
+        labeller.fit(X, y)
+    search = GridSearchCV(labeller, {"velocity": [(), (0.2,)]}, cv=GroupKFold(2), error_score="raise")
+    with pytest.raises(InputError, match="expected the take of each frame, but got none"):
+        search.fit(X, y, groups=groups)
+    with pytest.raises(InputError, match="expected the take of each frame, but got none"):
+        labeller.fit(X, y, groups).score(X, y)
+    alone = make("per-frame-linear", single_take=True)
+    assert 0.9 < alone.fit(X, y).score(X, y) <= 1
+
+
+def test_a_take_that_is_cut_by_a_split_is_seen_by_any_scorer():
+    X, y, groups = performances(n_takes=4)
+    index = pd.MultiIndex.from_arrays([groups, np.arange(len(X))], names=["take", "frame"])
+    table = pd.DataFrame(X, index=index)
+    search = GridSearchCV(
+        make("per-frame-linear"), {"velocity": [()]}, cv=KFold(3), scoring="accuracy", error_score="raise"
+    )
+    with pytest.raises(InputError, match="on one side, but take1 was trained on with"):
+        search.fit(table, y)
+    splits = take_splits(groups, 2, np.random.default_rng(0))
+    assert search.set_params(cv=splits, error_score="raise").fit(table, y).best_score_ > 0.9
+    fitted = make("per-frame-linear").fit(X, y, groups)
+    assert len(fitted.predict(X[groups == "take1"], groups[groups == "take1"])) == 50 * fitted.take_seconds_[1]
+    with pytest.raises(InputError, match="take1 was trained on with"):
+        fitted.predict(X[groups == "take1"][5:], groups[groups == "take1"][5:])
+
+
+@every
+def test_both_answers_in_one_go(name):
+    X, y, groups = performances(n_takes=3)
+    labeller = make(name, **({"max_epochs": 2} if name in NETWORKS else {})).fit(X, y, groups)
+    labels, likely = labeller.predict_with_proba(X, groups)
+    np.testing.assert_array_equal(labels, labeller.predict(X, groups))
+    np.testing.assert_array_equal(likely, labeller.predict_proba(X, groups))

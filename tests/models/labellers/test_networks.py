@@ -45,7 +45,7 @@ def test_without_torch_one_line_says_what_to_do(monkeypatch):
     monkeypatch.setitem(sys.modules, "torch", None)
     X, y = np.random.default_rng(0).standard_normal((60, 2)), np.repeat(["a", "b"], 30)
     with pytest.raises(InputError, match="PyTorch is not installed; install"):
-        NetworkLabeller(25.0).fit(X, y)
+        NetworkLabeller(25.0, single_take=True).fit(X, y)
 
 
 @needs_torch
@@ -125,4 +125,4 @@ def test_loss_against_a_count_frame_by_frame():
 def test_bad_parameters(parameters, words):
     X, y = np.random.default_rng(0).standard_normal((60, 2)), np.repeat(["a", "b"], 30)
     with pytest.raises(InputError, match=f"^{words}"):
-        NetworkLabeller(25.0, **{"device": "cpu", **parameters}).fit(X, y)
+        NetworkLabeller(25.0, **{"single_take": True, "device": "cpu", **parameters}).fit(X, y)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 from mimique.errors import InputError
-from mimique.models.labellers.takes import check_no_take_is_split, find_takes, hold_out_takes, split_takes
+from mimique.models.labellers.takes import check_no_take_is_split, find_takes, hold_out_takes, split_takes, take_splits
 
 
 def test_a_take_on_both_sides_is_named():
@@ -40,3 +40,19 @@ def test_every_sequence_is_tested_once():
     splits = split_takes(groups, 3, np.random.default_rng(2))
     assert sorted(np.concatenate([test for _, test in splits])) == list(range(9))
     assert len(splits) == 3
+
+
+def test_splits_of_frames():
+    groups = np.repeat(["t1", "t2", "t3", "t4"], [3, 2, 4, 1])
+    signers = np.repeat(["s1", "s1", "s2", "s3"], [3, 2, 4, 1])
+    splits = take_splits(groups, 2, np.random.default_rng(0))
+    assert sorted(np.concatenate([test for _, test in splits])) == list(range(10))
+    for train, test in splits:
+        assert not set(groups[train]) & set(groups[test])
+        assert sorted([*train, *test]) == list(range(10))
+    for train, test in take_splits(groups, 3, np.random.default_rng(0), signers=signers):
+        assert not set(signers[train]) & set(signers[test])
+    with pytest.raises(InputError, match=r"signers \(3\), but got 4"):
+        take_splits(groups, 4, np.random.default_rng(0), signers=signers)
+    with pytest.raises(InputError, match="one per frame"):
+        take_splits(groups, 2, np.random.default_rng(0), signers=signers[:3])
