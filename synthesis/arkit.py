@@ -50,23 +50,29 @@ _SIDE = re.compile(r"[_.\- ]?(left|right|l|r)$", re.IGNORECASE)
 def arkit_name(shape: str) -> str | None:
     """Return the ARKit name that a rig's shape stands for, or None.
 
-    Understands Apple's own spelling in any case, the suffixes ``_L`` and ``_R`` (ICT FaceKit), and sides of shapes
-    that ARKit does not split (``browInnerUp_L`` is a part of ``browInnerUp``, ``cheekPuff_R`` of ``cheekPuff``).
+    Understands Apple's own spelling in any case, with or without separators (``mouth_smile_left``) and the name of a
+    mesh before it (``Head.jawOpen``), the suffixes ``_L`` and ``_R`` (ICT FaceKit), and sides of shapes that ARKit does
+    not split (``browInnerUp_L`` is a part of ``browInnerUp``, ``cheekPuff_R`` of ``cheekPuff``).
 
     Examples
     --------
-    >>> arkit_name("mouthSmile_L"), arkit_name("cheekPuff_R"), arkit_name("JawOpen"), arkit_name("nostrils")
+    >>> arkit_name("mouthSmile_L"), arkit_name("cheekPuff_R"), arkit_name("Jaw_Open"), arkit_name("nostrils")
     ('mouthSmileLeft', 'cheekPuff', 'jawOpen', None)
     """
     plain = shape.rpartition(".")[2] if shape.count(".") and not _SIDE.fullmatch(shape.rpartition(".")[2]) else shape
-    if plain.lower() in _LOOKUP:
-        return _LOOKUP[plain.lower()]
+    if _join(plain) in _LOOKUP:
+        return _LOOKUP[_join(plain)]
     side = _SIDE.search(plain)
     if side is None:
         return None
-    stem = plain[: side.start()].lower()
+    stem = _join(plain[: side.start()])
     word = "left" if side.group(1).lower() in ("left", "l") else "right"
     return _LOOKUP.get(stem + word) or _LOOKUP.get(stem)
+
+
+def _join(name: str) -> str:
+    """Return a name in lower case without what separates its words."""
+    return re.sub(r"[_\-. ]", "", name).lower()
 
 
 def arkit_side(shape: str) -> str | None:

@@ -74,6 +74,8 @@ def describe_places(rig: Rig, vertices: Iterable[int], *, landmarks: FaceLandmar
         across = point[0] - middle
         own = "" if abs(across) < HERE else "left" if across > 0 else "right"
         near = {key: float(np.linalg.norm(place - point)) for key, place in known.items() if key[1] in ("", own)}
+        if not near:
+            raise InputError(f"rig: no landmark on the midline to measure from; {missing}")
         # On the midline a landmark of the midline says more, even where a paired one is nearer.
         middles = {key: far for key, far in near.items() if not key[1]}
         name, side = (

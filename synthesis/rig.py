@@ -27,6 +27,9 @@ class Rig:
         (n_shapes, n_vertices, 3) displacement of every vertex at weight 1, mm.
     shapes
         n_shapes names, in the order and spelling of the file that they come from.
+    parts
+        Name and number of triangles of each part (skin, eyes, teeth), in the order of the triangles, which run part by
+        part. Empty: the rig is one part.
 
     Raises
     ------
@@ -38,6 +41,7 @@ class Rig:
     triangles: NDArray[np.int64]
     deltas: NDArray[np.float64]
     shapes: tuple[str, ...]
+    parts: tuple[tuple[str, int], ...] = ()
 
     def __init__(
         self,
@@ -45,6 +49,7 @@ class Rig:
         triangles: ArrayLike,
         deltas: ArrayLike,
         shapes: Sequence[str],
+        parts: Sequence[tuple[str, int]] = (),
     ) -> None:
         neutral = check_array(neutral, name="rig neutral", shape=(None, 3), finite=True)
         triangles = check_array(triangles, name="rig triangles", shape=(None, 3), dtype=np.int64)
@@ -62,6 +67,13 @@ class Rig:
             )
         if triangles.size and (triangles.min() < 0 or triangles.max() >= len(neutral)):
             raise RigError(f"rig: a triangle names vertex {triangles.max()}, but there are {len(neutral)} vertices")
+        counted = tuple((str(name), int(count)) for name, count in parts)
+        if counted and (min(c for _, c in counted) < 0 or sum(c for _, c in counted) != len(triangles)):
+            raise RigError(
+                f"rig: expected parts of {len(triangles)} triangles together, but got "
+                f"{', '.join(f'{name} {count}' for name, count in counted)}"
+            )
+        object.__setattr__(self, "parts", counted)
         object.__setattr__(self, "neutral", neutral)
         object.__setattr__(self, "triangles", triangles)
         object.__setattr__(self, "deltas", deltas)
@@ -121,7 +133,7 @@ class Rig:
                 "deltas": (("shape", "vertex", "space"), self.deltas),
             },
             {"shape": list(self.shapes), "space": ["x", "y", "z"]},
-            {"unit": "mm"},
+            {"unit": "mm"} | ({"parts": [list(part) for part in self.parts]} if self.parts else {}),
         )
 
     @classmethod
@@ -132,4 +144,5 @@ class Rig:
             dataset["triangles"].values,
             dataset["deltas"].values,
             [str(name) for name in dataset["shape"].values],
+            [(name, count) for name, count in dataset.attrs.get("parts", ())],
         )

@@ -37,7 +37,7 @@ def read_rig(path: str | PathLike[str], unit: str | None = None) -> Rig:
     path
         A folder of OBJ files (``.obj`` or ``.obj.gz``: one neutral, one file a shape, equal topology), an ``.npz``
         with ``vertices (V, 3)``, ``triangles (T, 3)``, ``names (N,)`` and ``deltas (N, V, 3)``, or a ``.glb`` or
-        ``.gltf`` file whose mesh has morph targets.
+        ``.gltf`` file with morph targets; its meshes are the rig's parts.
     unit
         Unit of the file: mm, cm, dm, m or in. glTF files are in metres unless it says otherwise.
 
@@ -59,12 +59,13 @@ def read_rig(path: str | PathLike[str], unit: str | None = None) -> Rig:
     if not path.exists():
         raise InputError(f"{path}: there is no such file or folder")
     suffix = path.suffix.lower()
+    parts: list[tuple[str, int]] = []
     if path.is_dir():
         neutral, triangles, deltas, names = read_obj_folder(path)
     elif suffix == ".npz":
         neutral, triangles, deltas, names = _read_npz(path)
     elif suffix in (".glb", ".gltf"):
-        neutral, triangles, deltas, names = read_gltf(path)
+        neutral, triangles, deltas, names, parts = read_gltf(path)
         unit = unit or "m"
     else:
         raise FileFormatError(
@@ -75,7 +76,7 @@ def read_rig(path: str | PathLike[str], unit: str | None = None) -> Rig:
     scale = MILLIMETRES[unit]
     try:
         with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused by name just after
-            return Rig(neutral * scale, triangles, deltas * scale, names)
+            return Rig(neutral * scale, triangles, deltas * scale, names, parts)
     except InputError as error:
         raise RigError(f"{path.name}: {error}") from error
 

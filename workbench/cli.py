@@ -18,6 +18,7 @@ from .commands import (
     checking,
     corpus,
     evaluation,
+    exporting,
     labels,
     media,
     outputs,
@@ -65,6 +66,7 @@ for group in (
     versions,
     ancestry,
     outputs,
+    exporting,
 ):
     group.register(app)
 

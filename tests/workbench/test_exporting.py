@@ -9,7 +9,7 @@ from mimique.corpus import Corpus, read_take, read_tiers
 from mimique.corpus.formats.weights_files import read_weights
 from mimique.corpus.take import make_take
 from mimique.errors import InputError, MimiqueError, NotFoundError
-from mimique.workbench.commands import outputs
+from mimique.workbench.commands import exporting
 from mimique.workbench.pipeline.exporting import export, export_bids
 from typer.testing import CliRunner
 
@@ -43,7 +43,7 @@ def corpus(tmp_path_factory):
 @pytest.fixture
 def command(corpus):
     app = typer.Typer()
-    app.command("export")(outputs.export)
+    app.command("export")(exporting.export)
     app.command("other")(lambda: None)
     folder = str(corpus.path)
 

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from . import rigs
 from .options import At, Author, Branch, CorpusPath, Json, print_record, print_table
 
 rig_app = typer.Typer(help="Rigs of a corpus.", no_args_is_help=True)
@@ -16,6 +17,7 @@ def register(app: typer.Typer) -> None:
     """Add the commands to the program."""
     app.command("init")(init)
     app.command("ingest")(ingest)
+    rigs.register(rig_app)
     app.add_typer(rig_app, name="rig")
     app.command("log")(log)
     app.command("show")(show)

@@ -1,4 +1,4 @@
-"""Commands that give something to look at or to take elsewhere: ``report``, ``play``, ``export``."""
+"""Commands that give something to look at: ``report``, ``play``."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ def register(app: typer.Typer) -> None:
     """Add the commands to the program."""
     app.command("report")(report)
     app.command("play")(play)
-    app.command("export")(export)
 
 
 def report(
@@ -82,73 +81,5 @@ def play(
             fps=fps,
             size=parse_size(size),
             reporter=ConsoleReporter(),
-        )
-    )
-
-
-def export(
-    corpus: CorpusPath,
-    take: Annotated[
-        str | None, typer.Argument(help="Name of the take; left out with --bids.", metavar="[TAKE]")
-    ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Argument(
-            help=".csv or .parquet weights; .eaf or .TextGrid tiers; .c3d, .trc or .nc markers.", metavar="[OUT]"
-        ),
-    ] = None,
-    solve: SolveName = None,
-    markers: Annotated[bool, typer.Option("--markers", help="Markers, where OUT is .csv or .parquet.")] = False,
-    step: Annotated[
-        str | None, typer.Option(help="Markers of this processing step (repaired, stabilised …), not as recorded.")
-    ] = None,
-    tiers: Annotated[
-        list[str] | None,
-        typer.Option("--tier", help="Only this tier, TIER or TIER@AUTHOR; may be given several times."),
-    ] = None,
-    authors: Annotated[
-        list[str] | None, typer.Option("--author", help="Only tiers of this author; may be repeated.")
-    ] = None,
-    livelink: Annotated[bool, typer.Option("--livelink", help="Weights as a Live Link Face CSV.")] = False,
-    bids: Annotated[
-        Path | None, typer.Option(help="Write all takes as a Motion-BIDS dataset into this folder.", metavar="FOLDER")
-    ] = None,
-    purpose: Annotated[
-        str, typer.Option("--for", help="Whom the files are for: project, research or public; consent must cover it.")
-    ] = "project",
-    at: At = None,
-) -> None:
-    """Write one take's weights, tiers or markers to a file, or all takes as a BIDS dataset.
-
-    The suffix of the file says which.
-    """
-    from ...corpus import Corpus
-    from ...errors import InputError
-    from ..pipeline.exporting import export as run
-    from ..pipeline.exporting import export_bids
-
-    if bids is not None:
-        if take is not None or out is not None:
-            raise InputError("--bids writes all takes; give no take and no file with it")
-        table, refusals = export_bids(Corpus.open(corpus, at=at), bids, purpose=purpose)
-        for line in refusals:
-            print(line)
-        print(f"{bids}: {len(table)} takes, {len(refusals)} left out")
-        return
-    if take is None or out is None:
-        raise InputError("expected a take and a file to write, or --bids with a folder")
-    opened = Corpus.open(corpus, at=at)
-    print(
-        run(
-            opened,
-            take,
-            out,
-            content="markers" if markers else None,
-            solve=solve,
-            step=step,
-            tiers=tiers,
-            authors=authors,
-            format="livelink" if livelink else None,
-            purpose=purpose,
         )
     )

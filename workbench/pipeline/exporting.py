@@ -1,4 +1,4 @@
-"""What goes out of a corpus: weights, tiers and markers of one take as files, or all takes as a Motion-BIDS dataset.
+"""What goes out of a corpus: weights, tiers, markers, animation of a take as files, or all takes as a BIDS dataset.
 
 Nothing goes out against a signer's consent (:mod:`mimique.corpus.privacy.consent`).
 """
@@ -23,15 +23,24 @@ from ...corpus.privacy.consent import check_consent, explain_refusal
 from ...corpus.store.view import CorpusView
 from ...corpus.take import make_take
 from ...errors import InputError, NotFoundError
+from ..progress import Reporter
+from .animating import ANIMATION_SUFFIXES, choose_weights, make_weights, write_animation
 from .tier_files import write_take_tiers
 
-CONTENTS = ("weights", "tiers", "markers")
+CONTENTS = ("weights", "tiers", "markers", "animation")
 """What of a take a file can hold."""
 
 _BY_SUFFIX = {
     ".csv": CONTENTS, ".parquet": CONTENTS, ".tsv": ("tiers",), ".eaf": ("tiers",), ".textgrid": ("tiers",),
     ".c3d": ("markers",), ".trc": ("markers",), ".nc": ("markers",),
+    **dict.fromkeys(ANIMATION_SUFFIXES, ("animation",)),
 }  # fmt: skip
+
+_BELONGS: dict[str, tuple[str, ...]] = {
+    "format": ("weights",), "step": ("markers",), "tiers": ("tiers",), "authors": ("tiers",),
+    **dict.fromkeys(("solve", "rig", "shapes", "rate"), ("weights", "animation")),
+}  # fmt: skip
+"""Which contents each option chooses among."""
 
 
 def export(
@@ -45,9 +54,13 @@ def export(
     tiers: Sequence[str] | None = None,
     authors: Sequence[str] | None = None,
     format: str | None = None,
+    rig: str | None = None,
+    shapes: str | None = None,
+    rate: float | None = None,
     purpose: str = "project",
+    reporter: Reporter | None = None,
 ) -> str:
-    """Write one take's weights, tiers or markers; the suffix of the file says which.
+    """Write one take's weights, tiers, markers or animation; the suffix of the file says which.
 
     Parameters
     ----------
@@ -55,10 +68,11 @@ def export(
         What to write.
     path
         ``.csv`` or ``.parquet`` for weights (``time`` in s and one column a shape), ``.eaf`` or ``.TextGrid`` for
-        tiers, ``.c3d``, ``.trc`` or ``.nc`` (netCDF of ``movement``) for the markers.
+        tiers, ``.c3d``, ``.trc`` or ``.nc`` (netCDF of ``movement``) for the markers; ``.glb``, ``.usda`` or ``.usdc``
+        for the face's animation, which a folder gets as a sequence of OBJ files.
     content
-        "weights", "tiers" or "markers", for a suffix that several of them have. Unless given, ``.csv`` and ``.parquet``
-        are weights, or markers if ``step`` is given, or tiers if ``tiers`` or ``authors`` are.
+        One of :data:`CONTENTS`, for a suffix that several of them have. Unless given, ``.csv`` and ``.parquet`` are
+        weights, or markers if ``step`` is given, or tiers if ``tiers`` or ``authors`` are.
     solve
         Which weights; the take's current ones if left out.
     step
@@ -67,13 +81,18 @@ def export(
         Which tiers, and whose; all if left out.
     format
         "livelink" writes a weights CSV as Live Link Face does.
+    rig, shapes, rate
+        For weights and animations: the rig that shall move, the table of shapes that drive it, and the frames per
+        second of the file; see :func:`.animating.write_animation`.
     purpose
         Whom the file is for, one of :data:`mimique.corpus.privacy.consent.PURPOSES`; the signer's consent must cover
         it.
+    reporter
+        Told how far a long sequence is.
 
     Returns
     -------
-    A line that says what was written.
+    A line that says what was written, with more where something is lost.
 
     Raises
     ------
@@ -81,10 +100,15 @@ def export(
         If the signer's consent does not cover it, the take or what is asked of it is not there, the suffix is another,
         or the file cannot be written.
     """
-    chosen = _choose_content(path, content, solve=solve, step=step, tiers=tiers, authors=authors, format=format)
+    options = {"solve": solve, "step": step, "tiers": tiers, "authors": authors, "format": format}
+    chosen = _choose_content(path, content, **options, rig=rig, shapes=shapes, rate=rate)
     check_consent(corpus, take, purpose)
+    if chosen == "animation":
+        return write_animation(corpus, take, path, solve=solve, rig=rig, shapes=shapes, rate=rate, reporter=reporter)
     if chosen == "weights":
         weights = corpus.weights(take, solve)
+        if rig is not None or shapes is not None or rate is not None:
+            weights = make_weights(choose_weights(corpus, take, solve=solve, rig=rig, shapes=shapes), rate, weights)
         write_weights(path, weights, format=format)
         return f"{path}: {weights.sizes['time']} frames, {weights.sizes['shape']} shapes"
     if chosen == "tiers":
@@ -218,10 +242,13 @@ def read_step(corpus: CorpusView, take: str, step: str) -> xr.Dataset:
 
 def _choose_content(path: Path, content: str | None, **options: Any) -> str:
     """Return what the file shall hold, or say why suffix and options do not fit."""
-    suffix = path.suffix.lower()
+    suffix = "" if path.is_dir() else path.suffix.lower()
     possible = _BY_SUFFIX.get(suffix)
     if possible is None:
-        raise InputError(f"{path}: expected a file that ends in one of {', '.join(_BY_SUFFIX)}")
+        raise InputError(
+            f"{path}: expected a file that ends in one of {', '.join(filter(None, _BY_SUFFIX))}, "
+            "or a name without an ending for a folder of OBJ files"
+        )
     if content is None:
         if options["step"] is not None:
             content = "markers"
@@ -231,13 +258,18 @@ def _choose_content(path: Path, content: str | None, **options: Any) -> str:
             content = possible[0]
     if content not in CONTENTS:
         raise InputError(f"expected one of {', '.join(CONTENTS)}, but got {content!r}")
-    suffixes = {"weights": WEIGHTS_SUFFIXES, "tiers": TIER_SUFFIXES, "markers": WRITTEN_SUFFIXES}[content]
+    suffixes = {
+        "weights": WEIGHTS_SUFFIXES,
+        "tiers": TIER_SUFFIXES,
+        "markers": WRITTEN_SUFFIXES,
+        "animation": ANIMATION_SUFFIXES,
+    }[content]
     if suffix not in suffixes:
-        raise InputError(f"{path}: {content} are written to {', '.join(suffixes)}, not to {suffix}")
-    belongs = {"solve": "weights", "format": "weights", "step": "markers", "tiers": "tiers", "authors": "tiers"}
-    for option, owner in belongs.items():
-        if options[option] and owner != content:
-            raise InputError(f"{path}: {option} chooses among {owner}, but the file is for {content}")
+        listed = ", ".join(ending or "a folder" for ending in suffixes)
+        raise InputError(f"{path}: {content} are written to {listed}, not to {suffix or 'a folder'}")
+    for option, owners in _BELONGS.items():
+        if options[option] is not None and options[option] != [] and content not in owners:
+            raise InputError(f"{path}: {option} chooses among {owners[0]}, but the file is for {content}")
     return content
 
 
