@@ -218,9 +218,18 @@ def _fill_evaluation(page: _Page) -> str:
         return ""
     caption = (
         "Share of test segments that each classifier labels as the annotator did, on manual and on automatic segments "
-        "(after Reverdy 2019, Figure 4.4). Whiskers: Wilson 95 % intervals, segments taken as independent. Diamonds: "
-        "the same share weighted by duration, because accuracy per segment rewards cutting too finely. Red: what "
-        "always naming the most frequent label would reach."
+        "(after Reverdy 2019, Figure 4.4). Whiskers: 95 % intervals, bootstrapped over takes (Wilson's where there are "
+        "too few). Diamonds: the same share weighted by duration, because accuracy per segment rewards cutting too "
+        "finely. Red: what always naming the most frequent label would reach. Dotted: a second annotator on the same "
+        "segments, where there is one."
+    )
+    people = page.data.people
+    humans = (
+        ""
+        if people is None or people.empty
+        else "<h3>People and machines on the same segments</h3><p>Readings that began from a machine's proposals stand "
+        "apart from those from scratch.</p>"
+        + make_table(people, page.simulated + "Second annotators beside the classifiers", 30)
     )
     matrices = "".join(
         make_confusion_table(counts, page.simulated + title) for title, counts in page.data.confusions.items()
@@ -231,8 +240,9 @@ def _fill_evaluation(page: _Page) -> str:
             f'share of the row.</p><div class="matrices">{matrices}</div>'
         )
     return (
-        page.figure(draw_evaluation(evaluation), caption)
-        + make_table(evaluation, page.simulated + "All scores", 40)
+        page.figure(draw_evaluation(evaluation, people), caption)
+        + make_table(evaluation, page.simulated + "All scores; in brackets 95 % intervals", 40)
+        + humans
         + matrices
     )
 

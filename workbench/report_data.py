@@ -76,6 +76,8 @@ class ReportData:
     evaluation
         One row per signer, classifier and segmentation: ``signer``, ``classifier``, ``segmentation``, ``n_segments``,
         ``accuracy``, and optionally ``accuracy_duration``, ``majority`` and others.
+    people
+        Second annotators and classifiers on the same segments: ``signer``, ``segmentation``, ``kind``, ``accuracy`` …
     confusions
         Counts by reference (rows) and prediction (columns), by title.
     quality
@@ -100,6 +102,7 @@ class ReportData:
     residuals: pd.DataFrame | None = None
     example: SegmentationExample | None = None
     evaluation: pd.DataFrame | None = None
+    people: pd.DataFrame | None = None
     confusions: Mapping[str, pd.DataFrame] = field(default_factory=dict)
     quality: Quality | None = None
     quality_notes: Sequence[str] = ()

@@ -72,11 +72,12 @@ def wilson_interval(accuracy: ArrayLike, n: ArrayLike, z: float = 1.959964) -> t
 
 
 @matplotlib.rc_context(_STYLE)
-def draw_evaluation(evaluation: pd.DataFrame) -> str:
+def draw_evaluation(evaluation: pd.DataFrame, people: pd.DataFrame | None = None) -> str:
     """Return Figure 4.4: accuracy by classifier and segmentation, a panel a signer, as SVG.
 
-    Whiskers are Wilson 95 % intervals, a diamond the accuracy weighted by duration, a dashed line what always naming
-    the most frequent label would reach.
+    Whiskers are the table's own 95 % intervals, or Wilson's where it has none; a diamond is the accuracy weighted by
+    duration, a red line what always naming the most frequent label would reach, a dotted one across the panel what a
+    second annotator reaches on the same segments (``people``: ``signer, segmentation, kind, accuracy``).
     """
     signers = list(dict.fromkeys(evaluation["signer"]))
     classifiers = list(dict.fromkeys(evaluation["classifier"]))
@@ -91,7 +92,10 @@ def draw_evaluation(evaluation: pd.DataFrame) -> str:
             rows = of_signer[of_signer["segmentation"] == segmentation].drop_duplicates("classifier")
             rows = rows.set_index("classifier").reindex(classifiers)
             x = np.arange(len(classifiers)) - 0.4 + (i + 0.5) * width
-            _draw_bars(axis, x, rows, width, _SEGMENTATIONS[i % len(_SEGMENTATIONS)], str(segmentation))
+            colour = _SEGMENTATIONS[i % len(_SEGMENTATIONS)]
+            _draw_bars(axis, x, rows, width, colour, str(segmentation))
+            for accuracy in _find_people(people, signer, segmentation):
+                axis.axhline(accuracy, color=colour, linewidth=1.6, linestyle=":", zorder=1, label="second annotator")
         axis.set_title(str(signer), loc="left", fontsize=10.5, fontweight="bold")
         axis.set_xticks(np.arange(len(classifiers)), [str(c).replace(" ", "\n") for c in classifiers])
         axis.tick_params(axis="x", length=0)
@@ -109,11 +113,24 @@ def draw_evaluation(evaluation: pd.DataFrame) -> str:
     return _svg(figure, "Accuracy by classifier, segmentation and signer")
 
 
+def _find_people(people: pd.DataFrame | None, signer: str, segmentation: str) -> list[float]:
+    """Return what people reach who labelled from scratch; answers with proposals are in the table alone."""
+    if people is None or people.empty:
+        return []
+    alike = (people["signer"] == signer) & (people["segmentation"] == segmentation) & (people["kind"] == "person")
+    if "reading" in people:
+        alike &= people["reading"] == "from scratch"
+    return [float(value) for value in people.loc[alike, "accuracy"].dropna()]
+
+
 def _draw_bars(axis: Axes, x: NDArray, rows: pd.DataFrame, width: float, colour: str, name: str) -> None:
     accuracy = rows["accuracy"].to_numpy(dtype=float)
     axis.bar(x, np.nan_to_num(accuracy), width * 0.92, color=colour, label=name, zorder=2)
     low, high = wilson_interval(accuracy, rows["n_segments"].to_numpy(dtype=float))
-    axis.vlines(x, low, high, color=_INK, linewidth=1.1, zorder=4, label="Wilson 95 %")
+    if {"accuracy_low", "accuracy_high"} <= set(rows.columns):
+        own = rows[["accuracy_low", "accuracy_high"]].to_numpy(dtype=float)
+        low, high = np.where(np.isnan(own).any(axis=1), (low, high), own.T)
+    axis.vlines(x, low, high, color=_INK, linewidth=1.1, zorder=4, label="95 % interval")
     if "accuracy_duration" in rows:
         axis.plot(
             x,

@@ -24,7 +24,7 @@ _NAMES = {
     "p95": "95th percentile (mm)",
     "max": "largest (mm)",
 }
-_SHARES = {"accuracy", "accuracy_duration", "majority"}
+_SHARES = {"accuracy", "accuracy_duration", "majority", "majority_duration", "chance"}
 
 
 def format_value(value: object, column: str = "") -> str:
@@ -45,17 +45,35 @@ def format_value(value: object, column: str = "") -> str:
     return str(value)
 
 
+def _take_intervals(table: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, pd.DataFrame]]:
+    """Take the ends of intervals out of a table: what is left, and ``low, high`` by the column that they belong to."""
+    names = [str(c) for c in table.columns if {f"{c}_low", f"{c}_high"} <= set(table.columns)]
+    ends = {name: table[[f"{name}_low", f"{name}_high"]].set_axis(["low", "high"], axis=1) for name in names}
+    return table.drop(columns=[f"{name}_{end}" for name in names for end in ("low", "high")]), ends
+
+
+def _bracket(intervals: Mapping[str, pd.DataFrame], column: str, row: int) -> str:
+    if column not in intervals or intervals[column].iloc[row].isna().any():
+        return ""
+    low, high = (format_value(value, column).removesuffix(" %") for value in intervals[column].iloc[row])
+    return f" [{low}, {high}]"
+
+
 def make_table(table: pd.DataFrame, caption: str = "", fold_beyond: int = 24) -> str:
-    """Return any table; a long one is folded away behind its caption (and unfolded on paper)."""
+    """Return any table; a long one is folded away behind its caption (and unfolded on paper).
+
+    Columns ``x_low`` and ``x_high`` beside ``x`` are its interval, in brackets behind the number.
+    """
+    table, intervals = _take_intervals(table)
     numeric = {str(c): _is_numeric(table.iloc[:, i]) for i, c in enumerate(table.columns)}
     head = "".join(
         f'<th scope="col"{_css(numeric[str(c)])}>{escape(_NAMES.get(str(c), str(c).replace("_", " ")))}</th>'
         for c in table.columns
     )
     rows = []
-    for values in table.itertuples(index=False, name=None):
+    for i, values in enumerate(table.itertuples(index=False, name=None)):
         cells = "".join(
-            f"<td{_css(numeric[str(c)])}>{escape(format_value(v, str(c)))}</td>"
+            f"<td{_css(numeric[str(c)])}>{escape(format_value(v, str(c)) + _bracket(intervals, str(c), i))}</td>"
             for c, v in zip(table.columns, values, strict=True)
         )
         rows.append(f"<tr>{cells}</tr>")

@@ -11,7 +11,7 @@ from mimique.errors import InputError
 from mimique.synthesis.affect_colours import AFFECT_COLOURS
 from mimique.workbench import report_figures
 from mimique.workbench.report import ReportData, SegmentationExample, build_report
-from mimique.workbench.report_tables import format_value
+from mimique.workbench.report_tables import format_value, make_table
 from scipy import stats
 
 TIMES = pd.DataFrame(
@@ -276,3 +276,23 @@ def test_tables_that_lack_columns_are_refused():
         make_data(residuals=pd.DataFrame({"take": ["a"]}))
     with pytest.raises(InputError, match="energies of one length"):
         SegmentationExample("t", 10.0, {"a": np.ones(3), "b": np.ones(4)}, {})
+
+
+def test_intervals_stand_behind_their_numbers_and_people_beside_the_classifiers():
+    table = pd.DataFrame(
+        {"rater": ["A2"], "accuracy": [0.9], "accuracy_low": [0.8], "accuracy_high": [0.95], "kappa": [0.5]}
+    )
+    rows = make_table(table)
+    assert "90.0 % [80.0, 95.0]" in rows and "accuracy low" not in rows
+    gap = make_table(table.assign(accuracy_low=np.nan))
+    assert "90.0 %</td>" in gap
+    scores = make_data().evaluation
+    people = pd.DataFrame(
+        {
+            "signer": [scores["signer"].iloc[0]], "segmentation": [scores["segmentation"].iloc[0]],
+            "kind": ["person"], "reading": ["from scratch"], "accuracy": [0.875],
+        }
+    )  # fmt: skip
+    assert "second annotator" in report_figures.draw_evaluation(scores, people)
+    assert "second annotator" not in report_figures.draw_evaluation(scores, people.assign(reading="with proposals"))
+    assert "People and machines on the same segments" in build_report(make_data(people=people))

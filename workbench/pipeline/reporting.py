@@ -95,6 +95,7 @@ def write_report(
             residuals=residuals,
             example=None if shown is None else _gather_example(corpus, shown),
             evaluation=None if evaluation is None else evaluation.table,
+            people=getattr(evaluation, "people", None),
             confusions={} if evaluation is None else _pick_confusions(evaluation),
             quality=Quality(checked.findings, checked.markers),
             quality_notes=_note_quality(corpus, residuals),
