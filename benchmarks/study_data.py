@@ -131,12 +131,12 @@ def on_rig(performance: dict[str, np.ndarray], rig: Rig, table: dict[str, list[s
     return out
 
 
-def ict_scene(data: Path, n_actors: int) -> Scene:
+def ict_scene(data: Path, n_actors: int, seed: int = 20) -> Scene:
     """ICT FaceKit; actors are sums of standard-normal weights times identity modes, with the rig's own shapes."""
     rig = read_rig(data / "ict_facekit" / "rig.npz", unit="cm")
     with np.load(data / "ict_facekit" / "identities.npz") as file:
         modes = file["deltas"].astype(float) * 10.0
-    draws = np.random.default_rng(20).normal(size=(n_actors, len(modes)))
+    draws = np.random.default_rng(seed).normal(size=(n_actors, len(modes)))
     faces = [rig.neutral + np.tensordot(w, modes, axes=1) for w in draws]
     actors = [Rig(face, rig.triangles, rig.deltas, rig.shapes) for face in faces]
     return _scene("ICT", rig, actors, data)

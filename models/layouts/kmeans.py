@@ -11,6 +11,8 @@ speaks of centroids alone, and a centroid of trajectories is no place on the ski
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.cluster import KMeans
@@ -20,7 +22,7 @@ from ...arrays import check_array
 from ...errors import InputError
 from ...synthesis import Rig
 
-__all__ = ["find_moving_vertices", "kmeans_layout", "normalise_trajectories"]
+__all__ = ["cluster_trajectories", "find_moving_vertices", "kmeans_layout", "normalise_trajectories"]
 
 STILL = 0.05
 """Deviation in mm below which a coordinate counts as still: dividing by it would make noise as loud as motion."""
@@ -81,6 +83,31 @@ def kmeans_layout(
     if not 1 <= n_markers <= len(moving):
         raise InputError(f"n_markers: expected 1 to {len(moving)}, the vertices that move, but got {n_markers}")
     performed = check_array(weights, name="weights", shape=(None, rig.n_shapes), finite=True)
-    observations = normalise_trajectories(rig.pose(performed, moving))
+    places, _ = cluster_trajectories(normalise_trajectories(rig.pose(performed, moving)), n_markers, rng=rng)
+    return moving[places]
+
+
+def cluster_trajectories(
+    observations: NDArray[np.floating[Any]], n_markers: int, *, rng: np.random.Generator
+) -> tuple[NDArray[np.int64], float]:
+    """Partition trajectories by k-means (3.7) and return the one nearest each centroid.
+
+    Parameters
+    ----------
+    observations
+        (n_vertices, n_values), of :func:`normalise_trajectories`; those of several actors side by side.
+    n_markers
+        How many, from 1 to the number of observations.
+    rng
+        Draws the initial centroids.
+
+    Returns
+    -------
+    Rows of the observations, sorted, fewer where two centroids share the nearest; and the inertia, the sum of squared
+    distances to the nearest centroid.
+    """
+    if not 1 <= n_markers <= len(observations):
+        raise InputError(f"n_markers: expected 1 to {len(observations)}, the vertices that move, but got {n_markers}")
     clusters = KMeans(n_markers, n_init=1, random_state=int(rng.integers(2**31))).fit(observations)
-    return np.unique(moving[pairwise_distances_argmin(clusters.cluster_centers_, observations)])
+    nearest = pairwise_distances_argmin(clusters.cluster_centers_, observations)
+    return np.unique(nearest).astype(np.int64), float(clusters.inertia_)

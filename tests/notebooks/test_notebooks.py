@@ -11,8 +11,16 @@ import pytest
 NOTEBOOKS = sorted((Path(mimique.__file__).parent / "notebooks").glob("*.py"))
 
 
-def test_both_notebooks_are_there():
-    assert [path.stem for path in NOTEBOOKS] == ["reproducing_the_thesis_evaluation", "training_your_own_labeller"]
+# What each prints of its result.
+RESULTS = {
+    "choosing_a_marker_layout": ("recommended (simulated): ", "mouth corner"),
+    "reproducing_the_thesis_evaluation": ("random-forest",),
+    "training_your_own_labeller": ("forest-merging",),
+}
+
+
+def test_all_notebooks_are_there():
+    assert [path.stem for path in NOTEBOOKS] == list(RESULTS)
 
 
 @pytest.fixture(scope="module")
@@ -36,8 +44,8 @@ def test_notebook_runs(path, corpus):
     )
     assert done.returncode == 0, done.stderr[-2000:]
     assert "(simulated)" in done.stdout
-    scores = [line for line in done.stdout.splitlines() if "random-forest" in line or "forest-merging" in line]
-    assert scores, done.stdout
+    for result in RESULTS[path.stem]:
+        assert result in done.stdout, done.stdout
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
