@@ -25,9 +25,9 @@ ROOT = Path(__file__).resolve().parents[1]
 
 def bench_speed(scene, rng) -> None:
     import numpy as np
-    from mimique.models.kernel_parameters import fit_kernel_parameters
-    from mimique.models.marker_regression import MarkerScale
-    from mimique.models.sparse_gaussian_process import SparseGaussianProcess
+    from mimique.models.regression.kernel_parameters import fit_kernel_parameters
+    from mimique.models.regression.marker_regression import MarkerScale
+    from mimique.models.regression.sparse_gaussian_process import SparseGaussianProcess
     from sklearn.gaussian_process import GaussianProcessRegressor
     from sklearn.gaussian_process.kernels import RBF, ConstantKernel
     from study_data import NOISE
@@ -83,7 +83,7 @@ def bench_speed(scene, rng) -> None:
 def bench_error(scene, counts: list[int], rng) -> None:
     import numpy as np
     from mimique.models.layouts.errors import measure_weight_errors
-    from mimique.models.marker_regression import MarkerRegression, MarkerScale
+    from mimique.models.regression.marker_regression import MarkerRegression, MarkerScale
     from mimique.synthesis import WeightPrior, WeightSolver, estimate_noise
     from mimique.synthesis.adaptation import Adaptation
     from study_data import NOISE, lose

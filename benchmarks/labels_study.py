@@ -28,9 +28,9 @@ import pandas as pd
 from labels_study_page import write_page
 from labels_study_plots import draw
 from mimique.corpus import Corpus
-from mimique.models.labeller_comparison import is_network, kind_of
+from mimique.models.evaluation.labeller_comparison import is_network, kind_of
 from mimique.models.labellers import LABELLERS, has_torch
-from mimique.models.rater_scores import TEMPORAL
+from mimique.models.scores.rater_scores import TEMPORAL
 from mimique.workbench.pipeline.evaluating import evaluate
 from mimique.workbench.pipeline.evaluating_labellers import evaluate_labellers
 from mimique.workbench.pipeline.ingesting import ingest, read_recording_list

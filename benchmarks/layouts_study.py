@@ -181,7 +181,7 @@ def main() -> None:
 def _write_page(study: LayoutStudy, corpus: Corpus, base: Rig, path: Path, findings: list[Finding]) -> None:
     from layouts_study_page import write_page
     from mimique import __version__
-    from mimique.workbench.layout_report import LayoutFacts
+    from mimique.workbench.layout_reports.layout_report import LayoutFacts
 
     facts = LayoutFacts(corpus.name, corpus.snapshot, __version__, "", base, "ict", head=study.head_markers or None)
     write_page(study, path, path.parent / "images", facts=facts, findings=findings)

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pandas as pd
 from matplotlib.figure import Figure
-from mimique.workbench.layout_drawings import draw_layout_pictures, draw_region_faces
-from mimique.workbench.layout_figures import draw_curves, draw_losses, draw_reconstructions, draw_response
-from mimique.workbench.layout_figures_thesis import draw_actors, draw_man_sets, draw_star_sets, draw_training
-from mimique.workbench.layout_numbers import CHOSEN, LEARNED, LayoutStudyLike, find_table, pick_reconstruction
-from mimique.workbench.layout_report import LayoutFacts
-from mimique.workbench.layout_report_parts import tabulate_curves
-from mimique.workbench.layout_sheet import make_placement_sheet
+from mimique.workbench.layout_reports.drawings import draw_layout_pictures, draw_region_faces
+from mimique.workbench.layout_reports.figures import draw_curves, draw_losses, draw_reconstructions, draw_response
+from mimique.workbench.layout_reports.layout_report import LayoutFacts
+from mimique.workbench.layout_reports.numbers import CHOSEN, LEARNED, LayoutStudyLike, find_table, pick_reconstruction
+from mimique.workbench.layout_reports.parts import tabulate_curves
+from mimique.workbench.layout_reports.placement_sheet import make_placement_sheet
+from mimique.workbench.layout_reports.thesis_figures import draw_actors, draw_man_sets, draw_star_sets, draw_training
 
 HEAD = """# Marker layouts
 

@@ -17,7 +17,7 @@ segments found are the stretches where the expression is stable and those where 
 
 The defaults suit weights of `map`, `bounded` and `lsts` alike: on one simulated corpus of ten signers they come within
 0.01 of the best of a grid for each (F1 of borders within 0.1 s), and were then checked on another. For other recordings
-:mod:`mimique.models.segmentation_tuning` chooses them by what a person annotated.
+:mod:`mimique.models.segmentation.tuning` chooses them by what a person annotated.
 
 The outcome depends on the take's own quiet stretches; a take that rests for less than a tenth of its time is cut more
 sparingly. Measure one `restlessness` on the joined levels of all takes of a signer to treat them alike (not the mean

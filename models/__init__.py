@@ -2,8 +2,8 @@
 
 from . import layouts, metrics
 from .affect_classifiers import CLASSIFIERS, AffectModel, fit_affect_classifier
-from .annotator_comparison import compare_annotators
-from .evaluation import Evaluation, collect_training_samples, evaluate_across_signers, evaluate_reverdy2019
+from .evaluation.annotator_comparison import compare_annotators
+from .evaluation.protocols import Evaluation, collect_training_samples, evaluate_across_signers, evaluate_reverdy2019
 from .labelled_take import LabelledTake
 from .labelling import label_segments
 from .recording_times import recording_times

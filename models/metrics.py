@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..arrays import check_array
 from ..errors import InputError
-from .agreement import cohen_kappa
+from .scores.agreement import cohen_kappa
 
 __all__ = [
     "BoundaryScores",

@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from .affect_classifiers import CLASSIFIERS, fit_affect_classifier
-from .calibration_metrics import brier_score, expected_calibration_error, log_loss
-from .cross_calibration import CrossCalibration, calibrate_answers, collect_fold_answers
-from .evaluation import collect_training_samples
+from .confidence.cross_calibration import CrossCalibration, calibrate_answers, collect_fold_answers
+from .evaluation.protocols import collect_training_samples
+from .evaluation.tested_segments import collect_tested_segments
 from .labelled_take import LabelledTake, find_covering_labels
 from .labellers import LABELLERS, TRANSITION, FrameLabeller, LabelledFrames, stack_takes
 from .labellers.take_tiers import find_take_segments
+from .scores.calibration_metrics import brier_score, expected_calibration_error, log_loss
 from .stored_models import SegmentModel, StoredModel, TakeModel
-from .tested_segments import collect_tested_segments
 
 __all__ = ["METHODS", "WHOLE", "FitPart", "count_folds", "learn_model", "measure_confidence"]
 

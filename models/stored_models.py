@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import InputError
 from ..features.descriptors import mean_weights
 from .affect_classifiers import AffectModel
-from .calibration import Calibrator, segment_probabilities
+from .confidence.calibration import Calibrator, segment_probabilities
 from .labellers.base import FrameLabeller
 from .labellers.frames import TRANSITION, fill_gaps
 from .labellers.storage import labeller_from_arrays, labeller_to_arrays

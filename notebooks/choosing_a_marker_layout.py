@@ -19,11 +19,11 @@ from mimique.corpus import Corpus
 from mimique.models.layouts.study_plan import StudyPlan
 from mimique.synthesis import Rig
 from mimique.synthesis.landmarks import FaceLandmarks
-from mimique.workbench.layout_drawings import draw_layout_pictures
-from mimique.workbench.layout_figures import draw_curves
-from mimique.workbench.layout_numbers import summarise_curves
-from mimique.workbench.layout_report import LayoutFacts, write_layout_report
-from mimique.workbench.layout_sheet import make_placement_sheet
+from mimique.workbench.layout_reports.drawings import draw_layout_pictures
+from mimique.workbench.layout_reports.figures import draw_curves
+from mimique.workbench.layout_reports.layout_report import LayoutFacts, write_layout_report
+from mimique.workbench.layout_reports.numbers import summarise_curves
+from mimique.workbench.layout_reports.placement_sheet import make_placement_sheet
 from mimique.workbench.pipeline.ingesting import ingest, read_recording_list
 from mimique.workbench.pipeline.reporting import is_simulated
 from mimique.workbench.pipeline.rigging import AVATAR, add_rig

@@ -16,7 +16,6 @@ from pathlib import Path
 
 import numpy as np
 from mimique.corpus import Corpus
-from mimique.models.bootstrap import bootstrap_interval
 from mimique.models.labellers import (
     LABELLERS,
     check_no_take_is_split,
@@ -25,7 +24,8 @@ from mimique.models.labellers import (
     segments_of_labels,
     stack_takes,
 )
-from mimique.models.segment_metrics import pool_f1, segmental_f1
+from mimique.models.scores.bootstrap import bootstrap_interval
+from mimique.models.scores.segment_metrics import pool_f1, segmental_f1
 from mimique.workbench.pipeline.ingesting import ingest, read_recording_list
 from mimique.workbench.pipeline.labelled_takes import choose_author, read_labelled_takes
 from mimique.workbench.pipeline.labelling import label

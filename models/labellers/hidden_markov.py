@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import InputError
-from ..segment_metrics import pool_f1, segmental_f1
+from ..scores.segment_metrics import pool_f1, segmental_f1
 from .base import GAP
 from .per_frame import LEAST_PROBABILITY, PerFrameLabeller
 from .sequences import chain_marginals, viterbi

@@ -9,10 +9,10 @@ import numpy as np
 import pandas as pd
 
 from ...errors import InputError
-from ..bootstrap import bootstrap_interval
-from ..evaluation_scores import accuracy_of, macro_f1_of
+from ..evaluation.intervals import accuracy_of, macro_f1_of
 from ..labelled_take import LabelledTake
-from ..segment_metrics import edit_score, pool_f1, segmental_f1
+from ..scores.bootstrap import bootstrap_interval
+from ..scores.segment_metrics import edit_score, pool_f1, segmental_f1
 from .base import FrameLabeller
 from .frames import frame_labels
 from .take_tiers import find_take_segments

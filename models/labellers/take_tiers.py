@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from ..calibration import Calibrator, segment_probabilities
-from ..frame_labels import code_frames, find_runs
+from ..confidence.calibration import Calibrator, segment_probabilities
+from ..scores.frame_labels import code_frames, find_runs
 from .base import FrameLabeller
 from .frames import TRANSITION, fill_gaps, segments_of_labels
 

@@ -13,10 +13,10 @@ from numpy.typing import ArrayLike, NDArray
 from ...errors import InputError
 from ...synthesis import Rig, WeightPrior, WeightSolver
 from ...synthesis.adaptation import Adaptation
-from ..frame_metrics import score_frames
+from ..evaluation.labeller_comparison import check_classes, deal_signers, train_labeller
 from ..labelled_take import LabelledTake
-from ..labeller_comparison import check_classes, deal_signers, train_labeller
 from ..labellers import stack_takes
+from ..scores.frame_metrics import score_frames
 
 __all__ = ["ALL_WEIGHTS", "measure_label_loss"]
 

@@ -10,7 +10,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ...synthesis import Rig
-from ..bootstrap import bootstrap_interval
+from ..scores.bootstrap import bootstrap_interval
 from .kmeans import find_moving_vertices
 from .stability import compare_layouts
 from .study_choices import Candidate

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from ...synthesis import Rig, WeightPrior, WeightSolver
 from ...synthesis.adaptation import Adaptation
 from ...synthesis.thin_shell_deformation import ThinShellDeformation
-from ..marker_regression import MarkerRegression, MarkerScale
+from ..regression.marker_regression import MarkerRegression, MarkerScale
 from .misplacement import Sites, place_beside
 from .study_plan import SOGP, SOLVER, Actor, StudyPlan
 

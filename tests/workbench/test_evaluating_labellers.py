@@ -12,9 +12,9 @@ import pytest
 from mimique import InputError
 from mimique.corpus import Corpus
 from mimique.corpus.take import make_take
-from mimique.models.labeller_comparison import kind_of
+from mimique.models.evaluation.labeller_comparison import kind_of
 from mimique.models.labellers import LABELLERS
-from mimique.models.rater_scores import MERGING, PERSON
+from mimique.models.scores.rater_scores import MERGING, PERSON
 from mimique.workbench.cli import run
 from mimique.workbench.pipeline import evaluating_labellers
 from mimique.workbench.pipeline.evaluating_labellers import evaluate_labellers

@@ -6,9 +6,9 @@ from matplotlib.figure import Figure
 from mimique.synthesis.avatar import build_avatar
 from mimique.synthesis.head_markers import head_markers
 from mimique.synthesis.landmarks import FaceLandmarks
-from mimique.workbench.label_placement import count_overlaps, place_labels
-from mimique.workbench.layout_drawings import draw_layout_pictures, draw_region_faces
-from mimique.workbench.layout_pictures import blank_views, draw_marks, draw_view, number_layout, render_views
+from mimique.workbench.layout_reports.drawings import draw_layout_pictures, draw_region_faces
+from mimique.workbench.layout_reports.label_placement import count_overlaps, place_labels
+from mimique.workbench.layout_reports.pictures import blank_views, draw_marks, draw_view, number_layout, render_views
 
 
 @pytest.fixture(scope="module")

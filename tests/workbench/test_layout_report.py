@@ -12,9 +12,14 @@ import pytest
 from mimique.errors import InputError
 from mimique.synthesis.avatar import build_avatar
 from mimique.synthesis.landmarks import FaceLandmarks
-from mimique.workbench.layout_numbers import pick_reconstruction, pool_by_actor, sort_methods, summarise_curves
-from mimique.workbench.layout_report import LayoutFacts, build_layout_report, write_layout_pdf, write_layout_report
-from mimique.workbench.layout_sheet import make_placement_sheet
+from mimique.workbench.layout_reports.layout_report import (
+    LayoutFacts,
+    build_layout_report,
+    write_layout_pdf,
+    write_layout_report,
+)
+from mimique.workbench.layout_reports.numbers import pick_reconstruction, pool_by_actor, sort_methods, summarise_curves
+from mimique.workbench.layout_reports.placement_sheet import make_placement_sheet
 
 from .layout_example import make_study
 from .small_face import make_rig

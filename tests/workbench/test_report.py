@@ -9,9 +9,9 @@ import pandas as pd
 import pytest
 from mimique.errors import InputError
 from mimique.synthesis.affect_colours import AFFECT_COLOURS
-from mimique.workbench import report_figures
-from mimique.workbench.report import ReportData, SegmentationExample, build_report
-from mimique.workbench.report_tables import format_value, make_table
+from mimique.workbench.reports import corpus_figures as report_figures
+from mimique.workbench.reports.corpus_report import ReportData, SegmentationExample, build_report
+from mimique.workbench.reports.tables import format_value, make_table
 from scipy import stats
 
 TIMES = pd.DataFrame(

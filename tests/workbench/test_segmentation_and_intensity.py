@@ -9,8 +9,8 @@ import pytest
 from mimique import InputError, NotFoundError
 from mimique.corpus import Corpus
 from mimique.corpus.take import make_take
-from mimique.models.agreement import cohen_kappa, mean_absolute_error
-from mimique.models.segmentation_scores import prepare_reference, score_cut
+from mimique.models.scores.agreement import cohen_kappa, mean_absolute_error
+from mimique.models.scores.segmentation_scores import prepare_reference, score_cut
 from mimique.workbench.cli import run
 from mimique.workbench.pipeline.evaluating_intensity import evaluate_intensity
 from mimique.workbench.pipeline.evaluating_segmentation import evaluate_segmentation

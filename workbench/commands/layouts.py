@@ -117,7 +117,7 @@ def _write_pages(opened: Corpus, study: LayoutStudy, base: Rig, report: Path | N
     from datetime import UTC, datetime
 
     from ... import __version__
-    from ..layout_report import LayoutFacts, write_layout_pdf, write_layout_report
+    from ..layout_reports.layout_report import LayoutFacts, write_layout_pdf, write_layout_report
     from ..pipeline.reporting import is_simulated
 
     facts = LayoutFacts(

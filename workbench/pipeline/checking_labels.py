@@ -14,8 +14,8 @@ from ...corpus.annotations.vocabulary_change import declared_vocabulary
 from ...corpus.store.view import CorpusView
 from ...errors import InputError, MimiqueError, NotFoundError
 from ...models import LabelledTake
-from ...models.label_checks import COLUMNS, find_label_mistakes
-from ...models.label_evidence import LabelEvidence, collect_label_evidence, make_temporal_labeller
+from ...models.mistakes.label_checks import COLUMNS, find_label_mistakes
+from ...models.mistakes.label_evidence import LabelEvidence, collect_label_evidence, make_temporal_labeller
 from ..progress import Reporter
 from .labelled_takes import AFFECT_TIER, choose_author, count_annotators, known_labels, name_affects
 
@@ -30,7 +30,7 @@ class LabelCheck:
     ----------
     findings
         ``take, problem, onset, offset, label, suggestion, score, reason``, the surest first; see
-        :func:`mimique.models.label_checks.find_label_mistakes`.
+        :func:`mimique.models.mistakes.label_checks.find_label_mistakes`.
     annotator
         Whose tiers they are in.
     second

@@ -11,8 +11,8 @@ import pandas as pd
 from ...corpus.store.view import CorpusView
 from ...errors import InputError, MimiqueError
 from ...models import CLASSIFIERS, Evaluation, LabelledTake
-from ...models.annotator_comparison import compare_annotators
-from ...models.evaluation import PROTOCOLS, evaluate_across_signers, evaluate_reverdy2019
+from ...models.evaluation.annotator_comparison import compare_annotators
+from ...models.evaluation.protocols import PROTOCOLS, evaluate_across_signers, evaluate_reverdy2019
 from .labelled_takes import (
     ADJUDICATED,
     AFFECT_TIER,
@@ -38,7 +38,7 @@ class CorpusEvaluation(Evaluation):
     Parameters
     ----------
     people
-        :func:`mimique.models.annotator_comparison.compare_annotators` for each further annotator, under one another.
+        :func:`.compare_annotators` for each further annotator, under one another.
     protocol, annotator
         What was done, and whose tier is the reference.
     notes
@@ -71,7 +71,7 @@ def evaluate(
     corpus
         With weights and an annotated tier ``affect``; stored automatic segments are used where there are any.
     protocol
-        ``"reverdy2019"`` or ``"across-signers"``, see :mod:`mimique.models.evaluation`.
+        ``"reverdy2019"`` or ``"across-signers"``, see :mod:`mimique.models.evaluation.protocols`.
     annotator
         Whose tier is the reference; the one who annotated most if left out.
     signers, classifiers, train_protocols, test_protocols, per_second, seed

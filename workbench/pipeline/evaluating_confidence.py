@@ -17,14 +17,20 @@ from ...corpus.store.view import CorpusView
 from ...errors import InputError
 from ...features import segment as segment_weights
 from ...models import LabelledTake
-from ...models.calibration_metrics import brier_score, expected_calibration_error, log_loss, reliability_table
-from ...models.finding_scores import count_findings, score_border_oracle, score_counts
-from ...models.label_checks import find_label_mistakes
-from ...models.label_evidence import collect_label_evidence, make_temporal_labeller
+from ...models.confidence.review_queue import compare_review_orders, order_for_review, probability_columns
+from ...models.evaluation.segment_answers import (
+    ClassifierMethod,
+    LabellerMethod,
+    Method,
+    SegmentAnswers,
+    answer_across_signers,
+)
 from ...models.labellers import has_torch
-from ...models.planted_faults import AFFECT_CODES, plant_faults
-from ...models.review_queue import compare_review_orders, order_for_review, probability_columns
-from ...models.segment_answers import ClassifierMethod, LabellerMethod, Method, SegmentAnswers, answer_across_signers
+from ...models.mistakes.finding_scores import count_findings, score_border_oracle, score_counts
+from ...models.mistakes.label_checks import find_label_mistakes
+from ...models.mistakes.label_evidence import collect_label_evidence, make_temporal_labeller
+from ...models.mistakes.planted_faults import AFFECT_CODES, plant_faults
+from ...models.scores.calibration_metrics import brier_score, expected_calibration_error, log_loss, reliability_table
 from ..progress import Reporter
 from .checking_labels import read_second_annotator
 from .labelled_takes import choose_author, read_labelled_takes
@@ -271,7 +277,7 @@ def _check_rules(take: LabelledTake) -> pd.DataFrame:
 
 
 def _find_by_size(faults: pd.DataFrame, found: pd.DataFrame) -> pd.DataFrame:
-    from ...models.finding_scores import match_findings
+    from ...models.mistakes.finding_scores import match_findings
 
     moved = faults[faults["problem"] == "shifted boundary"].reset_index(drop=True)
     size = (moved["onset"] - moved["true_onset"]).abs() / moved["rate"]

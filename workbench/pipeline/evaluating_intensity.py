@@ -22,9 +22,9 @@ from ...corpus.store.view import CorpusView
 from ...errors import InputError
 from ...models import LabelledTake
 from ...models.intensity_descriptors import describe_reach
-from ...models.label_scores import draw_takes, find_intervals
 from ...models.labelled_take import find_covering_labels
 from ...models.labellers import OrdinalClassifier
+from ...models.scores.label_scores import draw_takes, find_intervals
 from ..progress import Reporter
 from .evaluating import check_shapes
 from .labelled_takes import ADJUDICATED, FROM_SCRATCH, WITH_PROPOSALS, choose_author, count_annotators, tell_reading
@@ -289,7 +289,7 @@ def _score(answers: pd.DataFrame, rater: str, heading: Mapping[str, str], seed: 
 
 
 def _rate(counts: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
-    """Scores of confusions ``(n, 16)``, reference by answer, as :mod:`mimique.models.agreement` defines them."""
+    """Scores of confusions ``(n, 16)``, reference by answer, as :mod:`mimique.models.scores.agreement` defines them."""
     n = len(INTENSITIES)
     observed = counts.reshape(-1, n, n)
     total = observed.sum(axis=(1, 2))

@@ -17,10 +17,10 @@ from ...corpus import Corpus
 from ...corpus.store.provenance import describe_step
 from ...errors import InputError
 from ...models import LabelledTake
-from ...models.labeller_comparison import check_classes, deal_signers, is_network, kind_of, train_labeller
+from ...models.evaluation.labeller_comparison import check_classes, deal_signers, is_network, kind_of, train_labeller
 from ...models.labellers import LABELLERS, LabelledFrames, frame_labels, has_torch, stack_takes
-from ...models.rater_scores import PERSON, Rater, ScoredRaters, count_classes, score_raters
-from ...models.segment_metrics import TOLERANCES
+from ...models.scores.rater_scores import PERSON, Rater, ScoredRaters, count_classes, score_raters
+from ...models.scores.segment_metrics import TOLERANCES
 from ..progress import Reporter
 from ..scratch import Scratch
 from .evaluating import SecondTier, check_shapes, read_second_tiers

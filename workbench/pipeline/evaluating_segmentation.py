@@ -18,19 +18,19 @@ from ...corpus.store.view import CorpusView
 from ...errors import InputError
 from ...features.segmentation import SegmentationSettings, cut_motion, measure_joint_restlessness, measure_motion
 from ...models import LabelledTake
-from ...models.label_scores import draw_takes, find_intervals
-from ...models.labeller_comparison import deal_signers, is_network, train_labeller
+from ...models.evaluation.labeller_comparison import deal_signers, is_network, train_labeller
 from ...models.labellers import has_torch, segments_of_labels, stack_takes
-from ...models.segment_metrics import OVERLAPS, TOLERANCES
-from ...models.segmentation_change_points import (
+from ...models.scores.label_scores import draw_takes, find_intervals
+from ...models.scores.segment_metrics import OVERLAPS, TOLERANCES
+from ...models.scores.segmentation_scores import prepare_reference, score_cut
+from ...models.segmentation.change_points import (
     METHODS,
     cut_by_change_points,
     has_ruptures,
     prepare_signals,
     tune_change_points,
 )
-from ...models.segmentation_scores import prepare_reference, score_cut
-from ...models.segmentation_tuning import GRID
+from ...models.segmentation.tuning import GRID
 from ..progress import Reporter
 from .evaluating import check_shapes, read_second_tiers
 from .labelled_takes import ADJUDICATED, AFFECT_TIER, choose_author, read_labelled_takes, tell_reading

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from ...corpus.store.view import CorpusView
 from ...errors import InputError, NotFoundError
+from ...models.confidence.review_queue import PREFIX, expected_gains, order_for_review, probability_columns
 from ...models.labelled_take import find_transitions
 from ...models.labellers import TRANSITION
-from ...models.review_queue import PREFIX, expected_gains, order_for_review, probability_columns
 from ..progress import Reporter
 from .labelled_takes import AFFECT_TIER
 from .training import load_model

@@ -15,8 +15,8 @@ from ...features import motion_energy
 from ...models import Evaluation, recording_times
 from ...synthesis.diagnosis import find_conspicuous_frames
 from ..progress import Reporter
-from ..report import ReportData, SegmentationExample, build_report
-from ..report_quality import Quality
+from ..reports.corpus_quality import Quality
+from ..reports.corpus_report import ReportData, SegmentationExample, build_report
 from ..text_files import write_text
 from .checking import check_corpus
 from .evaluating import TEST_PROTOCOLS, evaluate

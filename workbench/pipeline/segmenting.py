@@ -15,7 +15,7 @@ from ...errors import InputError, NotFoundError
 from ...features import segment as segment_weights
 from ...features.segmentation import SegmentationSettings, measure_joint_restlessness
 from ...models import LabelledTake
-from ...models.segmentation_tuning import GRID, SegmentationTuning, tune_segmentation
+from ...models.segmentation.tuning import GRID, SegmentationTuning, tune_segmentation
 from ..progress import Reporter
 from .labelled_takes import choose_author, read_labelled_takes
 
@@ -55,7 +55,7 @@ def segment(
         See :func:`mimique.features.segment`; its own threshold if left out.
     tune
         Choose window, τ, threshold, directness and flank by how well they find the borders of an annotator
-        (:mod:`mimique.models.segmentation_tuning`), over all takes that they annotated. What is chosen is stored with
+        (:mod:`mimique.models.segmentation.tuning`), over all takes that they annotated. What is chosen is stored with
         each tier, and told with its score on signers who had no part in the choice.
     annotator
         Whose tier `affect` to tune by; the one who annotated most if left out.
@@ -165,7 +165,7 @@ def tune_on(
     grid: Mapping[str, Sequence[float]] = GRID,
     reporter: Reporter | None = None,
 ) -> SegmentationTuning:
-    """Try a grid of settings on takes (:mod:`mimique.models.segmentation_tuning`), with a progress bar."""
+    """Try a grid of settings on takes (:mod:`mimique.models.segmentation.tuning`), with a progress bar."""
     with (reporter or Reporter()).stage("Trying settings of the segmentation", len(takes), "takes") as finished:
         return tune_segmentation(takes, grid=grid, default=settings, finished=finished)
 

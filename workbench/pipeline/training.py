@@ -21,7 +21,7 @@ from ...corpus.store.provenance import describe_step
 from ...corpus.store.view import CorpusView
 from ...errors import InputError, MimiqueError
 from ...models import CLASSIFIERS, LabelledTake
-from ...models.evaluation import score_model
+from ...models.evaluation.protocols import score_model
 from ...models.labellers import frame_labels
 from ...models.labellers.networks import NETWORKS, choose_device
 from ...models.labellers.take_scores import score_takes

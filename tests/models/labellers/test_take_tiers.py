@@ -2,7 +2,7 @@
 
 import numpy as np
 import pandas as pd
-from mimique.models.calibration import Calibrator
+from mimique.models.confidence.calibration import Calibrator
 from mimique.models.labellers import LABELLERS, TRANSITION
 from mimique.models.labellers.take_tiers import find_take_segments, name_open_transitions
 

@@ -1,0 +1,1 @@
+"""What labels faces, tested on takes and signers that it did not learn from."""

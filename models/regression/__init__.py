@@ -1,0 +1,1 @@
+"""Weights learned from markers: sparse online Gaussian processes."""

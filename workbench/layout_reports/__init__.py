@@ -1,0 +1,1 @@
+"""The report of a layout study: HTML page, A4 pages, pictures, placement sheet."""
