@@ -1,4 +1,4 @@
-"""Films: the scene drawn off screen and handed, frame by frame, to the ffmpeg program.
+"""Films: the scene drawn off screen and handed, picture by picture, to the ffmpeg program or to a GIF file.
 
 ffmpeg runs as a separate process that reads raw pictures from a pipe; nothing of it is linked. The film is H.264 with
 4:2:0 colour, which every player and slide program shows.
@@ -11,6 +11,7 @@ import os
 import shutil
 import subprocess
 import tempfile
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 
@@ -18,8 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError, MimiqueError
-from .performance import Performance
+from .gif_writing import LARGEST_GIF_FPS, GifWriter
+from .performance import Performance, count_clock_frames
 from .scene import Scene
+from .view import View
 
 Progress = Callable[[int, int], object]
 
@@ -87,8 +90,10 @@ def write_movie(
     start: int = 0,
     stop: int | None = None,
     progress: Progress | None = None,
+    view: View | None = None,
+    beside: Performance | None = None,
 ) -> Path:
-    """Render a performance to an MP4 file.
+    """Render a performance to an MP4 or GIF file.
 
     The film is written under a temporary name beside ``path`` and takes its place when it is complete: what is
     interrupted leaves nothing, and keeps an older film.
@@ -98,40 +103,57 @@ def write_movie(
     performance
         What is shown.
     path
-        File to write, ending in ``.mp4``.
+        File to write, ending in ``.mp4`` or ``.gif``. Without ffmpeg an MP4 film becomes a GIF of the same name, and a
+        warning says why.
     fps
-        Pictures per second.
+        Pictures per second; a GIF has at most 50.
     size
-        Width and height, pixels; odd numbers are rounded up to even ones, as the format needs.
+        Width and height, pixels; for MP4 odd numbers are rounded up to even ones, as the format needs.
     start, stop
         The part to film, half-open, in frames of the take.
     progress
         Called with the number of pictures done and of all.
+    view
+        What is shown of it, and from where.
+    beside
+        Shown beside it on the same clock.
 
     Returns
     -------
-    The file's path.
+    The path of the file that was written.
 
     Raises
     ------
     InputError
-        If there is no ffmpeg, the folder does not exist, or the name does not end in .mp4.
+        If the folder does not exist, the part is empty, or the name ends in neither .mp4 nor .gif.
     MimiqueError
         If this machine cannot draw, or ffmpeg fails.
     """
-    path = Path(path)
-    if path.suffix.lower() != ".mp4":
-        raise InputError(f"film: expected a file name ending in .mp4, but got {path.name!r}")
-    if not path.parent.is_dir():
-        raise InputError(f"film: there is no folder {path.parent}; make it first")
-    ffmpeg = find_ffmpeg()
-    frames = choose_movie_frames(performance.n_frames, performance.rate, fps, start, stop)
-    width, height = (n + n % 2 for n in size)
-    descriptor, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=".part.mp4", dir=path.parent)
+    path = check_film_path(path)
+    ffmpeg = None
+    if path.suffix.lower() == ".mp4":
+        try:
+            ffmpeg = find_ffmpeg()
+        except InputError as error:
+            path = path.with_suffix(".gif")
+            warnings.warn(f"film: {error}; wrote {path.name} instead", stacklevel=2)
+    if ffmpeg is None:
+        fps = min(fps, LARGEST_GIF_FPS)
+    n_frames = count_clock_frames(performance, beside)
+    frames = choose_movie_frames(n_frames, performance.rate, fps, start, stop)
+    width, height = size if ffmpeg is None else (n + n % 2 for n in size)
+    descriptor, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=f".part{path.suffix}", dir=path.parent)
     os.close(descriptor)
     partial = Path(name)
     try:
-        with Scene(performance, (width, height)) as scene, _Encoder(ffmpeg, partial, (width, height), fps) as encoder:
+        with (
+            Scene(performance, (width, height), view=view, beside=beside) as scene,
+            GifWriter(partial, (width, height), fps)
+            if ffmpeg is None
+            else _Encoder(ffmpeg, partial, (width, height), fps) as encoder,
+        ):
+            if isinstance(encoder, GifWriter):
+                encoder.choose_colours([scene.image(int(f)) for f in frames[:: max(len(frames) // 6, 1)][:8]])
             for done, frame in enumerate(frames, start=1):
                 encoder.write(scene.image(int(frame)))
                 if progress is not None:
@@ -140,6 +162,22 @@ def write_movie(
         partial.replace(path)
     finally:
         partial.unlink(missing_ok=True)
+    return path
+
+
+def check_film_path(path: str | os.PathLike[str]) -> Path:
+    """Return a film's path.
+
+    Raises
+    ------
+    InputError
+        If the folder does not exist, or the name ends in neither .mp4 nor .gif.
+    """
+    path = Path(path)
+    if path.suffix.lower() not in (".mp4", ".gif"):
+        raise InputError(f"film: expected a file name ending in .mp4 or .gif, but got {path.name!r}")
+    if not path.parent.is_dir():
+        raise InputError(f"film: there is no folder {path.parent}; make it first")
     return path
 
 

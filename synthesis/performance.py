@@ -31,7 +31,12 @@ class Performance:
     note
         A second, quieter line: ``"simulated"``, the signer, the solve.
     markers
-        (n_frames, n_markers, 3) positions in rig space, mm; NaN where a marker is missing. Optional.
+        (n_frames, n_markers, 3) positions adapted to the rig, mm; NaN where a marker is missing. Optional.
+    marker_vertices
+        (n_markers,) the rig's vertices that these markers sit on; with them the fitted markers and the residuals are
+        known. Optional.
+    raw_markers
+        (n_frames, any number, 3) the signer's own markers as stabilised, mm in rig space. Optional.
     tiers
         Segment tables by tier name, with the columns ``onset``, ``offset`` (frames, half-open) and ``label``; the
         first three are shown.
@@ -55,6 +60,8 @@ class Performance:
     tiers: Mapping[str, pd.DataFrame] = field(default_factory=dict)
     energy: NDArray[np.float64] | None = None
     vertex_colours: NDArray[np.float64] | None = None
+    marker_vertices: NDArray[np.int64] | None = None
+    raw_markers: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         weights = check_array(self.weights, name="weights", shape=(None, None))
@@ -69,21 +76,39 @@ class Performance:
         if self.markers is not None:
             markers = check_array(self.markers, name="markers", shape=(len(weights), None, 3))
             object.__setattr__(self, "markers", markers)
+        if self.raw_markers is not None:
+            raw = check_array(self.raw_markers, name="raw markers", shape=(len(weights), None, 3))
+            object.__setattr__(self, "raw_markers", raw)
+        self._check_vertices()
         if self.energy is not None:
             object.__setattr__(self, "energy", check_array(self.energy, name="energy", shape=(len(weights),)))
-        if self.vertex_colours is not None:
-            colours = check_array(
-                self.vertex_colours, name="vertex colours", shape=(self.rig.n_vertices, 3), finite=True
-            )
-            if colours.min() < 0 or colours.max() > 1:
-                raise InputError(
-                    f"vertex colours: expected values from 0 to 1, but got {colours.min():g} to {colours.max():g}"
-                )
-            object.__setattr__(self, "vertex_colours", colours)
+        self._check_colours()
         for name, table in self.tiers.items():
             missing = {"onset", "offset", "label"} - set(table.columns)
             if missing:
                 raise InputError(f"tier {name!r}: expected columns onset, offset, label, but got no {sorted(missing)}")
+
+    def _check_colours(self) -> None:
+        if self.vertex_colours is None:
+            return
+        colours = check_array(self.vertex_colours, name="vertex colours", shape=(self.rig.n_vertices, 3), finite=True)
+        if colours.min() < 0 or colours.max() > 1:
+            raise InputError(
+                f"vertex colours: expected values from 0 to 1, but got {colours.min():g} to {colours.max():g}"
+            )
+        object.__setattr__(self, "vertex_colours", colours)
+
+    def _check_vertices(self) -> None:
+        if self.marker_vertices is None:
+            return
+        if self.markers is None:
+            raise InputError("marker vertices: expected markers with them, but got none")
+        vertices = check_array(
+            self.marker_vertices, name="marker vertices", shape=(self.markers.shape[1],), dtype=np.int64
+        )
+        if vertices.size and not 0 <= vertices.min() <= vertices.max() < self.rig.n_vertices:
+            raise RigError(f"marker vertices: expected 0 to {self.rig.n_vertices - 1}, but got {vertices.max()}")
+        object.__setattr__(self, "marker_vertices", vertices)
 
     @property
     def n_frames(self) -> int:
@@ -104,3 +129,29 @@ class Performance:
         onset, offset = table["onset"].to_numpy(), table["offset"].to_numpy()
         holds = np.flatnonzero((onset <= frame) & (frame < offset))
         return str(table["label"].iloc[holds[np.argmax(onset[holds])]]) if len(holds) else ""
+
+    def frame_at(self, seconds: float) -> int:
+        """Return the frame that is due ``seconds`` after the start; the last one holds."""
+        return min(int(seconds * self.rate + 1e-6), self.n_frames - 1)
+
+    def is_lost(self, frame: int) -> bool:
+        """Return whether a weight of ``frame`` is not known."""
+        return not bool(np.isfinite(self.weights[frame]).all())
+
+    def fitted_at(self, frame: int) -> NDArray[np.float64] | None:
+        """Return the markers as the weights of ``frame`` place them, (n_markers, 3), NaN where one is not known."""
+        if self.marker_vertices is None:
+            return None
+        return self.rig.pose(self.weights[frame], self.marker_vertices)
+
+    def residuals_at(self, frame: int) -> NDArray[np.float64] | None:
+        """Return the distances of adapted and fitted markers in ``frame``, (n_markers,) mm, NaN where unknown."""
+        fitted = self.fitted_at(frame)
+        return None if fitted is None or self.markers is None else np.linalg.norm(self.markers[frame] - fitted, axis=1)
+
+
+def count_clock_frames(first: Performance, beside: Performance | None) -> int:
+    """Return the frames, at the first one's rate, until both performances have ended."""
+    if beside is None:
+        return first.n_frames
+    return max(first.n_frames, int(np.ceil(beside.duration * first.rate - 1e-6)))

@@ -1,117 +1,38 @@
-"""Playback in a window: the clock decides which frame is due, however slow the drawing is.
+"""Playback in a window: the clock decides which frame is due, however slow the drawing is; and in a notebook.
 
-Keys: space plays and pauses; left and right step one frame, with shift one second; home and end jump; Q or escape
-closes. A press or drag on the timeline seeks.
+The keys are those of :data:`.captions.KEYS`. A press or drag on the timeline seeks, a drag elsewhere turns the face.
 """
 
 from __future__ import annotations
 
-import time
+import base64
+import tempfile
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
-from ..errors import InputError
+from .movie import write_movie
 from .performance import Performance
+from .player import Player
 from .scene import Scene
+from .view import View
+
+__all__ = ["Player", "play", "show"]
 
 _TICK = 10  # ms between looks at the clock
-_HELP = "{} – mimique (space: play and pause, arrows: frame, shift + arrows: second, Q: close)"
+_HELP = "{} – mimique (space: play and pause, h: all keys)"
+_CAMERA_KEYS = {"f": "front", "q": "three-quarter", "s": "side"}
+_FILM_SECONDS = 30.0  # a notebook keeps its films within its own file
 
 
-class Player:
-    """Which frame is due: play, pause, step, seek. It draws nothing.
-
-    While it plays, the frame is ``start + floor(elapsed · rate)``: frames are dropped when drawing is slow, and time
-    is kept. At the last frame it pauses.
-
-    Parameters
-    ----------
-    n_frames
-        Number of frames, at least one.
-    rate
-        Frames per second, Hz.
-    clock
-        Function that returns seconds and never goes back.
-
-    Raises
-    ------
-    InputError
-        If there are no frames or the rate is not positive.
-    """
-
-    def __init__(self, n_frames: int, rate: float, clock: Callable[[], float] = time.perf_counter) -> None:
-        if n_frames < 1:
-            raise InputError(f"player: expected at least one frame, but got {n_frames}")
-        if not rate > 0:
-            raise InputError(f"player: expected a positive rate, but got {rate}")
-        self.n_frames = n_frames
-        self.rate = rate
-        self._clock = clock
-        self._frame = 0
-        self._started: float | None = None
-
-    @property
-    def playing(self) -> bool:
-        """Whether time runs; a look at it also notices that the end was reached."""
-        return self._started is not None and self.frame < self.n_frames - 1
-
-    @property
-    def frame(self) -> int:
-        """The frame that is due now."""
-        if self._started is not None:
-            # The small part keeps a clock that shows exactly one frame's time from falling short by rounding.
-            due = self._frame + int((self._clock() - self._started) * self.rate + 1e-6)
-            if due < self.n_frames - 1:
-                return due
-            self._frame, self._started = self.n_frames - 1, None
-        return self._frame
-
-    def play(self) -> None:
-        """Let time run from the present frame; from the start if it stands on the last one."""
-        if self.playing:
-            return
-        self._frame = 0 if self._frame == self.n_frames - 1 else self._frame
-        self._started = self._clock()
-
-    def pause(self) -> None:
-        """Stop on the present frame."""
-        self._frame, self._started = self.frame, None
-
-    def toggle(self) -> None:
-        """Pause if it plays, else play."""
-        if self.playing:
-            self.pause()
-        else:
-            self.play()
-
-    def step(self, n_frames: int) -> None:
-        """Pause and move by some frames, back if negative, within the take."""
-        self.pause()
-        self.seek(self._frame + n_frames)
-
-    def seek(self, frame: int) -> None:
-        """Jump to ``frame``, or to the nearest there is; what was playing plays on from there."""
-        playing = self.playing
-        self._frame = min(max(int(frame), 0), self.n_frames - 1)
-        self._started = self._clock() if playing else None
-
-    def press(self, key: str, shift: bool = False) -> bool:
-        """Do what a key stands for (VTK's key names); return whether it is one of this player's."""
-        stride = max(1, round(self.rate)) if shift else 1
-        actions: dict[str, Callable[[], None]] = {
-            "space": self.toggle,
-            "Left": lambda: self.step(-stride),
-            "Right": lambda: self.step(stride),
-            "Home": lambda: self.seek(0),
-            "End": lambda: self.seek(self.n_frames - 1),
-        }
-        if key not in actions:
-            return False
-        actions[key]()
-        return True
-
-
-def play(performance: Performance, *, size: tuple[int, int] = (1280, 720), autoplay: bool = True) -> None:
+def play(
+    performance: Performance,
+    *,
+    size: tuple[int, int] = (1280, 720),
+    autoplay: bool = True,
+    view: View | None = None,
+    beside: Performance | None = None,
+) -> None:
     """Show a performance in a window, until it is closed.
 
     Parameters
@@ -122,18 +43,96 @@ def play(performance: Performance, *, size: tuple[int, int] = (1280, 720), autop
         First size of the window, pixels.
     autoplay
         Whether it begins to play at once.
+    view
+        What is shown of it, and from where.
+    beside
+        Shown beside it on the same clock: another take, or another solve.
 
     Raises
     ------
     MimiqueError
         If there is no display or no OpenGL.
     """
-    with Scene(performance, size, off_screen=False) as scene:
-        player = Player(performance.n_frames, performance.rate)
+    with Scene(performance, size, off_screen=False, view=view, beside=beside) as scene:
+        player = Player(scene.n_frames, performance.rate, segments=find_segments(performance))
         window = _Window(scene, player)
         if autoplay:
             player.play()
         window.run()
+
+
+def find_segments(performance: Performance) -> list[tuple[int, int]]:
+    """Return onset and offset of the segments of a performance's first tier."""
+    for table in performance.tiers.values():
+        return [(int(a), int(b)) for a, b in zip(table["onset"], table["offset"], strict=True)]
+    return []
+
+
+def show(
+    performance: Performance,
+    *,
+    size: tuple[int, int] = (640, 360),
+    fps: float = 25.0,
+    start: float = 0.0,
+    seconds: float = _FILM_SECONDS,
+    view: View | None = None,
+    beside: Performance | None = None,
+) -> NotebookFilm:
+    """Show a performance in a notebook: as a short film with the browser's own controls.
+
+    Parameters
+    ----------
+    performance, view, beside
+        What is shown.
+    size, fps
+        Of the film, pixels and pictures per second.
+    start, seconds
+        The part to show; half a minute at most unless told otherwise, for the film is kept in the notebook.
+
+    Returns
+    -------
+    NotebookFilm
+        What a notebook shows when it is a cell's last value: an MP4 film, or a GIF where there is no ffmpeg.
+
+    Raises
+    ------
+    MimiqueError
+        If this machine cannot draw.
+    """
+    first = min(max(round(start * performance.rate), 0), performance.n_frames - 1)
+    with tempfile.TemporaryDirectory() as folder:
+        path = write_movie(
+            performance,
+            Path(folder) / "film.mp4",
+            fps=fps,
+            size=size,
+            start=first,
+            stop=min(first + max(round(seconds * performance.rate), 1), performance.n_frames),
+            view=view,
+            beside=beside,
+        )
+        return NotebookFilm(path.read_bytes(), "video/mp4" if path.suffix == ".mp4" else "image/gif", size[0])
+
+
+class NotebookFilm:
+    """A film as a notebook shows it.
+
+    Parameters
+    ----------
+    data, mime
+        The file's bytes, and ``video/mp4`` or ``image/gif``.
+    width
+        Pixels.
+    """
+
+    def __init__(self, data: bytes, mime: str, width: int) -> None:
+        self.data, self.mime, self.width = data, mime, width
+
+    def _repr_html_(self) -> str:
+        source = f"data:{self.mime};base64,{base64.b64encode(self.data).decode()}"
+        if self.mime.startswith("image"):
+            return f'<img src="{source}" width="{self.width}">'
+        return f'<video src="{source}" width="{self.width}" controls loop muted></video>'
 
 
 class _Window:
@@ -143,6 +142,8 @@ class _Window:
         self.scene = scene
         self.player = player
         self._dragging = False
+        self._helping = False
+        self._at_rest = False
         self._resume = False
         self._failure: BaseException | None = None
 
@@ -151,6 +152,8 @@ class _Window:
         plotter = self.scene.plotter
         interactor = plotter.iren.interactor
         plotter.reset_key_events()
+        # The faces share a camera whose range holds all of them; the style would fit it to the one under the mouse.
+        interactor.GetInteractorStyle().SetAutoAdjustCameraClippingRange(False)
         for event, handler in (
             ("KeyPressEvent", self._on_key),
             ("CharEvent", self._swallow),  # VTK's own letters (wireframe, 3D …) would surprise here
@@ -182,16 +185,22 @@ class _Window:
         tag = interactor.AddObserver(event, call, 10.0)
 
     def _advance(self) -> None:
-        """Draw the frame that is due, if it is not the one that shows."""
+        """Draw the frame that is due, if it is not the one that shows; edges are smoothed once it stands."""
         width, height = self.scene.plotter.render_window.GetSize()
         if min(width, height) < 64:
             return
         before = self.scene.frame
         resized = self.scene.fit()
         frame = self.player.frame
+        told = (self.scene.state, self.scene.loop) != (self.player.state, self.player.loop)
+        self.scene.state, self.scene.loop = self.player.state, self.player.loop
         self.scene.show(frame)
-        if resized or frame != before:
-            self.scene.render()
+        if told:
+            self.scene.refresh_panel()
+        rests = not self.player.playing
+        if resized or told or frame != before or (rests and not self._at_rest):
+            self.scene.render(smooth=rests)
+        self._at_rest = rests
 
     def _on_time(self, _interactor: Any) -> bool:
         self._advance()
@@ -199,13 +208,19 @@ class _Window:
 
     def _on_key(self, interactor: Any) -> bool:
         key = interactor.GetKeySym()
-        if key in ("q", "Q", "Escape"):
+        if key == "Escape":
             interactor.ExitCallback()
-            return True
-        if self.player.press(key, bool(interactor.GetShiftKey())):
-            self._advance()
-            return True
-        return False
+        elif key.lower() in _CAMERA_KEYS:
+            self.scene.aim(_CAMERA_KEYS[key.lower()])
+            self._at_rest = False
+        elif key.lower() == "h":
+            self._helping = not self._helping
+            self.scene.show_help(self._helping)
+            self._at_rest = False
+        elif not self.player.press(key, bool(interactor.GetShiftKey())):
+            return False
+        self._advance()
+        return True
 
     def _swallow(self, _interactor: Any) -> bool:
         return True

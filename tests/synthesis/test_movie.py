@@ -1,5 +1,6 @@
 """Films: decoded again and looked at."""
 
+import base64
 import re
 import subprocess
 
@@ -8,11 +9,15 @@ import pandas as pd
 import pytest
 from mimique.errors import InputError, MimiqueError
 from mimique.synthesis import movie
+from mimique.synthesis.gif_writing import GifWriter
 from mimique.synthesis.movie import choose_movie_frames, find_ffmpeg, write_movie
 from mimique.synthesis.performance import Performance
+from mimique.synthesis.playback import show
 from mimique.synthesis.rig import Rig
 from mimique.synthesis.scene import Scene
-from mimique.synthesis.timeline import Layout
+from mimique.synthesis.screen_layout import Layout
+from mimique.synthesis.view import View
+from PIL import Image
 
 SIZE = (320, 180)
 
@@ -136,3 +141,72 @@ def test_bad_targets_are_refused_before_anything_is_drawn(performance, tmp_path)
         write_movie(performance, tmp_path / "film.avi")
     with pytest.raises(InputError, match="no folder"):
         write_movie(performance, tmp_path / "nowhere" / "film.mp4")
+
+
+def read_gif(path):
+    with Image.open(path) as film:
+        pictures, durations = [], []
+        for number in range(film.n_frames):
+            film.seek(number)
+            durations.append(film.info["duration"])
+            pictures.append(np.asarray(film.convert("RGB")).astype(int))
+        return pictures, durations, film.info.get("loop")
+
+
+@pytest.mark.parametrize("fps", [25.0, 30.0, 12.5])
+def test_a_gif_shows_the_same_and_keeps_time(performance, film, tmp_path, fps):
+    path = write_movie(performance, tmp_path / "tip.gif", fps=fps, size=(161, 91))
+    pictures, durations, loop = read_gif(path)
+    assert loop == 0 and pictures[0].shape == (91, 161, 3)
+    assert sum(durations) == 2000
+    with Scene(performance, (161, 91)) as scene:
+        start = 0
+        for picture, duration in zip(pictures, durations, strict=True):
+            frame = choose_movie_frames(240, 120.0, fps)[round(start / 1000 * fps)]
+            assert np.abs(picture - scene.image(int(frame))).mean() < 4
+            start += duration
+
+
+def test_a_gif_is_written_as_it_is_drawn_and_what_stands_still_costs_nothing(tmp_path, rng):
+    path, still = tmp_path / "still.gif", rng.integers(0, 256, (60, 80, 3)).astype(np.uint8)
+    with GifWriter(path, (80, 60), 50.0) as writer:
+        writer.write(still)
+        moved = still.copy()
+        moved[20:30, 40:50] = 255 - moved[20:30, 40:50]
+        writer.write(moved)
+        for _ in range(40_000):  # 800 s, more than one picture of a GIF can last
+            writer.write(moved)
+        writer.write(still)
+    pictures, durations, _ = read_gif(path)
+    assert sum(durations) == 40_003 * 20
+    assert len(pictures) == 4
+    assert path.stat().st_size < 3 * still.size
+
+
+def test_without_ffmpeg_a_film_becomes_a_gif_and_says_why(performance, film, tmp_path, monkeypatch):
+    monkeypatch.setattr(movie.shutil, "which", lambda _: None)
+    monkeypatch.setitem(__import__("sys").modules, "imageio_ffmpeg", None)
+    with pytest.warns(UserWarning, match=r"no ffmpeg.*wrote tip\.gif instead"):
+        path = write_movie(performance, tmp_path / "tip.mp4", size=(160, 90), stop=24, fps=100)
+    assert path == tmp_path / "tip.gif" and [p.name for p in tmp_path.iterdir()] == ["tip.gif"]
+    assert sum(read_gif(path)[1]) == 200  # at 50 pictures a second, what players can do
+
+
+def test_a_notebook_gets_the_film_within_its_page(performance, film, ffmpeg, tmp_path):
+    shown = show(performance, size=(160, 90), seconds=0.4)
+    found = re.fullmatch(
+        r'<video src="data:video/mp4;base64,([^"]+)" width="160" controls loop muted></video>', shown._repr_html_()
+    )
+    (tmp_path / "film.mp4").write_bytes(base64.b64decode(found[1]))
+    assert decode(ffmpeg, tmp_path / "film.mp4", (160, 90)).shape == (10, 90, 160, 3)
+
+
+def test_a_film_of_the_face_alone_and_of_two_on_one_clock(performance, film, ffmpeg, tmp_path):
+    slow = Performance(performance.rig, performance.weights[::4], 15.0, title="slow")  # four seconds
+    path = write_movie(performance, tmp_path / "two.mp4", size=SIZE, fps=10, view=View(curves=False), beside=slow)
+    pictures = decode(ffmpeg, path)
+    assert len(pictures) == 40
+    left, right = pictures[:, 20:, : SIZE[0] // 2], pictures[:, 20:, SIZE[0] // 2 :]
+    for half, change in ((left, 9), (right, 19)):
+        jumps = np.abs(np.diff(half, axis=0)).mean(axis=(1, 2, 3))
+        assert jumps.argmax() == change and jumps[change] > 10 * np.delete(jumps, change).max()

@@ -12,7 +12,8 @@ from mimique.synthesis.performance import Performance
 from mimique.synthesis.posed_mesh import PosedMesh
 from mimique.synthesis.rig import Rig
 from mimique.synthesis.scene import Scene, find_face_box
-from mimique.synthesis.timeline import Layout, Timeline, choose_tick
+from mimique.synthesis.screen_layout import Layout
+from mimique.synthesis.timeline import Timeline, choose_tick
 from PIL import Image
 
 SIZE = (480, 270)
@@ -225,7 +226,7 @@ def test_a_machine_without_opengl_is_told_what_to_install(monkeypatch):
             pass
 
     monkeypatch.setattr(pv, "Plotter", Plotter)
-    monkeypatch.setattr(drawing, "_has_osmesa", lambda: False)
+    monkeypatch.setattr(drawing, "_has_library", lambda *_: False)
     with pytest.raises(MimiqueError, match="libosmesa6"):
         Scene(make_performance(), SIZE)
 
