@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from labels_study_plots import DIFFICULTIES, of_all_takes
-from labels_study_text import HEAD, LABELLERS, LIMITS, PARTS, PICTURES, READING, THESIS
+from labels_study_text import HEAD, LABELLERS, LIMITS, PARTS, PICTURES, READING, SHORT, THESIS
 from mimique.workbench.pipeline.evaluation_tables import join_intervals
 
 Results = dict[str, dict[str, Any]]
@@ -20,7 +20,7 @@ ASKED = 3.0
 
 def write_page(path: Path, results: Results, drawn: Sequence[str], missing: Sequence[str]) -> None:
     """Write the page from the pieces that are there; what was not run is listed at its end."""
-    parts = [HEAD, "## The corpora\n", _corpora(results)]
+    parts = [HEAD, _short(results), "## The corpora\n", _corpora(results)]
     parts += [
         "## Labellers on signers they never saw\n",
         LABELLERS,
@@ -63,6 +63,42 @@ def _picture(name: str, drawn: Sequence[str]) -> str:
 def _corpora(results: Results) -> str:
     tables = [record["tables"]["corpus"] for piece, record in results.items() if piece.startswith("corpus-")]
     return markdown(pd.concat(tables).drop(columns="corpus").round(0)) if tables else "None is finished.\n"
+
+
+def _short(results: Results) -> str:
+    """What was asked, beside what was found, at the middle difficulty."""
+    rows: list[tuple[str, str, str]] = []
+    tables = {piece: record["tables"] for piece, record in results.items()}
+    compared = tables.get("labellers-medium", {})
+    if len(compared.get("differences", ())):
+        row = of_all_takes(compared["differences"]).iloc[0]
+        what = f"{row['rater']} less {row['against']}, F1@50, signers never seen"
+        rows.append((what, "3 points", f"{100 * row['difference']:+.1f} ({_span(row.to_dict(), 'difference')})"))
+    if len(compared.get("times", ())):
+        slowest = compared["times"]["times_real_time_cpu"].min()
+        rows.append(("labelling, slowest labeller", "1000 × real time", f"{slowest:.0f} × (processor time)"))
+    sure = tables.get("confidence", {})
+    for row in sure.get("calibration", pd.DataFrame()).to_dict("records"):
+        what = f"{row['method']}, {row['segmentation']} segments: calibration error; Brier; log loss"
+        found = "; ".join(f"{row[f'{k}_before']:.3f} → {row[f'{k}_after']:.3f}" for k in ("ece", "brier", "log_loss"))
+        rows.append((what, "0.05; better; better", found))
+    queue = sure.get("queue", pd.DataFrame({"order": []}))
+    for (method, cut), own in queue[queue["order"] == "expected gain"].groupby(["method", "segmentation"], sort=False):
+        found = ", ".join(f"{100 * row['saved']:.0f} % to {row['target']:g}" for row in own.to_dict("records"))
+        rows.append((f"looks saved by the queue to reach a macro F1, {method}, {cut} segments", "40 %", found))
+    mistakes = sure.get("mistakes", pd.DataFrame({"annotators": []}))
+    for count, own in mistakes.groupby("annotators"):
+        f1 = own.set_index("problem")["f1"]
+        found = f"**{f1['all']:.3f}**: " + ", ".join(f"{name} {f1[name]:.2f}" for name in f1.index if name != "all")
+        who = "one annotator" if count == 1 else "a second annotator as witness"
+        rows.append((f"planted mistakes found, F1, {who}", "0.9", found))
+    oracle = sure.get("oracle", pd.DataFrame({"f1": []}))
+    if len(oracle):
+        ends = f"{oracle['f1'].min():.2f} to {oracle['f1'].max():.2f}"
+        rows.append(("shifted borders, by one who knows the true borders", "–", ends))
+    if not rows:
+        return ""
+    return "## In short\n\n" + markdown(pd.DataFrame(rows, columns=["what", "asked", "found"]), intervals=False) + SHORT
 
 
 def _headline(results: Results) -> str:

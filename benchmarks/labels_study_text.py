@@ -82,3 +82,11 @@ PICTURES = {
     "labels_figure_4_4.png": "Accuracy of five classifiers, by hand and automatic, simulated",
     "labels_reliability.png": "Reliability of the probabilities, simulated",
 }
+
+SHORT = """
+A second annotator is a strong witness here because the simulated two see the same blends alike; real pairs agree less.
+With one annotator alone mistakes are found less well than asked: the annotator's own slips of a tenth of a second
+outnumber the planted ones, so that even one who knows the true borders does not find all, and a swapped label in an
+utterance is often a weak or blended expression that the models doubt anyway. A labeller that is well calibrated as it
+is (tcn) gains nothing from calibration on fewer signers.
+"""

@@ -184,7 +184,7 @@ def _write_page(study: LayoutStudy, corpus: Corpus, base: Rig, path: Path, findi
     from mimique.workbench.layout_reports.layout_report import LayoutFacts
 
     facts = LayoutFacts(corpus.name, corpus.snapshot, __version__, "", base, "ict", head=study.head_markers or None)
-    write_page(study, path, path.parent / "images", facts=facts, findings=findings)
+    write_page(study, path, path.parent / "images" / path.stem, facts=facts, findings=findings)
     print(f"written: {path}")
 
 

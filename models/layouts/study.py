@@ -311,8 +311,10 @@ class _Work:
 
     def _recommend(self, candidates: Sequence[Candidate]) -> str:
         """Name a layout by its error on what it was learned from, by the rule of the plan."""
-        wanted = (MIRRORED,) if self.plan.mirror else CHOSEN
-        able = [c for c in candidates if c.method in wanted] or [c for c in candidates if c.method == MEDIAN]
+        mirrored = [c for c in candidates if c.method == MIRRORED] if self.plan.mirror else []
+        able = (
+            mirrored or [c for c in candidates if c.method in CHOSEN] or [c for c in candidates if c.method == MEDIAN]
+        )
 
         def measure(c: Candidate) -> float:
             kept = self.keep(f"learned {c.name}", lambda: {"error": np.array(self.trials.training_error(c.vertices))})

@@ -126,7 +126,8 @@ class StudyPlan:
     lids
         Whether chosen layouts may have markers on the lids.
     mirror
-        Whether only a mirror symmetric layout is recommended.
+        Whether a mirror symmetric layout is recommended, where the rig allows one. Performances are nearly symmetric,
+        so that one side tells of the other; a face that is not, as in signing, needs markers on both.
     wanted
         Number of markers of the recommended layout, one of ``sizes``; by the next rule if left out.
     enough
@@ -153,7 +154,7 @@ class StudyPlan:
     min_distance: float = 8.0
     n_candidates: int = 1500
     lids: bool = False
-    mirror: bool = False
+    mirror: bool = True
     wanted: int | None = None
     enough: float = 1.1
 

@@ -53,7 +53,7 @@ def layout(
     sets: Annotated[
         list[str] | None, typer.Option("--set", help="Named marker set that must be compared, such as 'MPEG-4 53'.")
     ] = None,
-    mirror: Annotated[bool, typer.Option("--mirror", help="Recommend a mirror symmetric layout.")] = False,
+    mirror: Annotated[bool, typer.Option("--mirror/--no-mirror", help="Recommend a mirror symmetric layout.")] = True,
     lids: Annotated[bool, typer.Option("--lids", help="Let chosen layouts have markers on the lids.")] = False,
     quick: Annotated[bool, typer.Option("--quick", help="Fewer sizes, seeds and frames.")] = False,
     seed: Annotated[int, typer.Option(help="Of everything random.")] = 0,

@@ -49,7 +49,7 @@ def draw_curves(errors: pd.DataFrame) -> Figure:
         soften(axis)
     axes[0, 0].set_ylim(bottom=0)  # at last: the limits of shared axes are then those of all panels
     axes[0, 0].set_ylabel("mean vertex error (mm)")
-    _share_legend(figure, axes[0], 5)
+    _share_legend(figure, axes[0], 4)
     return figure
 
 

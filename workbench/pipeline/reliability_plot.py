@@ -12,6 +12,8 @@ __all__ = ["draw_reliability"]
 
 STYLES = (("o", "-"), ("s", "--"), ("^", "-."), ("D", ":"))
 """Marker and line, so that methods are told apart without colour."""
+LEAST = 5
+"""Answers in a bin that is drawn; what is right of fewer says nothing."""
 
 
 def draw_reliability(table: pd.DataFrame, path: str | Path, *, segmentation: str = "manual") -> None:
@@ -20,8 +22,8 @@ def draw_reliability(table: pd.DataFrame, path: str | Path, *, segmentation: str
     Parameters
     ----------
     table
-        ``method, segmentation, calibration`` (before, after) ``, n, confidence, accuracy``; bins without answers are
-        left out.
+        ``method, segmentation, calibration`` (before, after) ``, n, confidence, accuracy``; bins with fewer
+        than :data:`LEAST` answers have no point.
     path
         PNG to write.
     segmentation
@@ -48,12 +50,13 @@ def draw_reliability(table: pd.DataFrame, path: str | Path, *, segmentation: str
             some[some["calibration"] == when].groupby("method", sort=False), STYLES, strict=False
         ):
             grey = "black" if line == "-" else "0.4"
+            full = own[own["n"] >= LEAST]
             curve.plot(
-                own["confidence"], own["accuracy"], marker=marker, linestyle=line, color=grey, label=str(name),
+                full["confidence"], full["accuracy"], marker=marker, linestyle=line, color=grey, label=str(name),
                 fillstyle="full" if line == "-" else "none",
             )  # fmt: skip
             counts.step((own["low"] + own["high"]) / 2, own["n"], where="mid", linestyle=line, color=grey)
-        curve.set(title=f"{when} calibration", xlim=(0, 1), ylim=(0, 1), ylabel="part that is right")
+        curve.set(title=f"{when} calibration", xlim=(0, 1), ylim=(0, 1.02), ylabel="part that is right")
         counts.set(xlabel="probability of the answer", ylabel="segments")
         curve.legend(loc="upper left", frameon=False)
     try:

@@ -53,7 +53,7 @@ class LayoutOptions:
     quick
         Whether fewer sizes, seeds and frames do.
     mirror
-        Whether only a mirror symmetric layout is recommended.
+        Whether a mirror symmetric layout is recommended.
     lids
         Whether chosen layouts may have markers on the lids.
     seed
@@ -69,7 +69,7 @@ class LayoutOptions:
     markers: int | None = None
     sets: tuple[str, ...] = ()
     quick: bool = False
-    mirror: bool = False
+    mirror: bool = True
     lids: bool = False
     seed: int = 0
     plan: dict[str, Any] = field(default_factory=dict)
