@@ -175,16 +175,18 @@ def main() -> None:
     for note in study.notes:
         print(f"note: {note}")
     if options.out is not None:
-        _write_page(study, corpus, base, options.out, findings)
+        _write_page(study, corpus, base, options.out, findings, options.own_shapes)
 
 
-def _write_page(study: LayoutStudy, corpus: Corpus, base: Rig, path: Path, findings: list[Finding]) -> None:
+def _write_page(
+    study: LayoutStudy, corpus: Corpus, base: Rig, path: Path, findings: list[Finding], own_shapes: bool
+) -> None:
     from layouts_study_page import write_page
     from mimique import __version__
     from mimique.workbench.layout_reports.layout_report import LayoutFacts
 
     facts = LayoutFacts(corpus.name, corpus.snapshot, __version__, "", base, "ict", head=study.head_markers or None)
-    write_page(study, path, path.parent / "images" / path.stem, facts=facts, findings=findings)
+    write_page(study, path, path.parent / "images" / path.stem, facts=facts, findings=findings, own_shapes=own_shapes)
     print(f"written: {path}")
 
 
