@@ -25,7 +25,8 @@ virtual, with noise.
 """
 SHARED = "The identities share the rig's shapes, which is kinder than faces that move in ways of their own.\n"
 OWN = (
-    "Every identity moves in its own way: each shape is 0.7 to 1.3 times as strong, other in each of some soft regions.\n"
+    "Every identity moves in its own way: each shape is 0.7 to 1.3 times as strong, "
+    "other in each of some soft regions.\n"
 )
 FINDINGS = (
     "That k-means does not beat the named sets has reasons: it looks at how trajectories resemble each other, not at "
