@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from .movie import write_movie
+from .notebook_view import NotebookView, has_widgets
 from .performance import Performance
 from .player import Player
 from .scene import Scene
@@ -77,8 +78,9 @@ def show(
     seconds: float = _FILM_SECONDS,
     view: View | None = None,
     beside: Performance | None = None,
-) -> NotebookFilm:
-    """Show a performance in a notebook: as a short film with the browser's own controls.
+    film: bool | None = None,
+) -> NotebookFilm | NotebookView:
+    """Show a performance in a notebook: with the window's controls, or as a short film with the browser's own.
 
     Parameters
     ----------
@@ -87,18 +89,23 @@ def show(
     size, fps
         Of the film, pixels and pictures per second.
     start, seconds
-        The part to show; half a minute at most unless told otherwise, for the film is kept in the notebook.
+        The part of a film to show; half a minute at most unless told otherwise, for it is kept in the notebook.
+    film
+        Whether it is a film, which a notebook that is kept or sent still plays; by default only where no notebook runs
+        or ipywidgets (``pip install 'mimique[notebook]'``) is missing.
 
     Returns
     -------
-    NotebookFilm
-        What a notebook shows when it is a cell's last value: an MP4 film, or a GIF where there is no ffmpeg.
+    NotebookView or NotebookFilm
+        What a notebook shows when it is a cell's last value; a film is MP4, or a GIF where there is no ffmpeg.
 
     Raises
     ------
     MimiqueError
         If this machine cannot draw.
     """
+    if not (film if film is not None else not has_widgets()):
+        return NotebookView(performance, size=size, view=view, beside=beside, segments=find_segments(performance))
     first = min(max(round(start * performance.rate), 0), performance.n_frames - 1)
     with tempfile.TemporaryDirectory() as folder:
         path = write_movie(
