@@ -10,7 +10,8 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..reports.figure_style import INK, STYLE, Look, find_look, make_figure, soften
+from ..reports.figure_style import INK, STYLE, make_figure, soften
+from .looks import Look, find_look
 from .numbers import sort_methods, summarise_curves
 
 __all__ = [

@@ -15,7 +15,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
-from ..reports.figure_style import INK, STYLE, find_look, make_figure, soften
+from ..reports.figure_style import INK, STYLE, make_figure, soften
+from .looks import find_look
 from .numbers import pool_by_actor, sort_methods
 
 __all__ = ["draw_actors", "draw_man_sets", "draw_star_sets", "draw_training"]

@@ -2,40 +2,19 @@
 
 from __future__ import annotations
 
-import io
-import re
-from collections.abc import Sequence
-from typing import Any, Literal
-
 import matplotlib
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_svg import FigureCanvasSVG
-from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import InputError
 from ...synthesis.affect_colours import find_label_colours, find_text_colour
 from .corpus_data import SegmentationExample
+from .figure_style import INK, STYLE, make_figure, soften, to_svg
 
-_INK, _QUIET = "#010203", "#040506"  # stand-ins, replaced by the page's own colours
 _CURVES = ("#1fa5a0", "#e07b1a", "#8a63c9", "#777777")  # turquoise and orange, as in Figure 4.3
 _SEGMENTATIONS = ("#4a7fae", "#abcbe3", "#8a9a60", "#c5cf9f")
-_STYLE: Any = {  # Matplotlib types its keys as a closed list
-    "svg.fonttype": "none",
-    "svg.hashsalt": "mimique",
-    "font.size": 9.5,
-    "font.family": "sans-serif",
-    "text.color": _INK,
-    "axes.labelcolor": _INK,
-    "axes.edgecolor": _QUIET,
-    "xtick.color": _QUIET,
-    "ytick.color": _QUIET,
-    "xtick.labelcolor": _INK,
-    "ytick.labelcolor": _INK,
-    "text.parse_math": False,
-}
 
 
 def wilson_interval(accuracy: ArrayLike, n: ArrayLike, z: float = 1.959964) -> tuple[NDArray, NDArray]:
@@ -71,7 +50,7 @@ def wilson_interval(accuracy: ArrayLike, n: ArrayLike, z: float = 1.959964) -> t
     return np.clip(middle - half, 0, 1), np.clip(middle + half, 0, 1)
 
 
-@matplotlib.rc_context(_STYLE)
+@matplotlib.rc_context(STYLE)
 def draw_evaluation(evaluation: pd.DataFrame, people: pd.DataFrame | None = None) -> str:
     """Return Figure 4.4: accuracy by classifier and segmentation, a panel a signer, as SVG.
 
@@ -84,7 +63,7 @@ def draw_evaluation(evaluation: pd.DataFrame, people: pd.DataFrame | None = None
     segmentations = list(dict.fromkeys(evaluation["segmentation"]))
     n_columns = min(2, len(signers))
     n_rows = -(-len(signers) // n_columns)
-    figure, axes = _figure(9.2, 0.7 + 2.6 * n_rows, n_rows, n_columns, sharey=True)
+    figure, axes = make_figure(9.2, 0.7 + 2.6 * n_rows, n_rows, n_columns, sharey=True)
     width = 0.8 / len(segmentations)
     for axis, signer in zip(axes.flat, signers, strict=False):
         of_signer = evaluation[evaluation["signer"] == signer]
@@ -101,7 +80,7 @@ def draw_evaluation(evaluation: pd.DataFrame, people: pd.DataFrame | None = None
         axis.tick_params(axis="x", length=0)
         axis.set_ylim(0, 1)
         axis.set_yticks(np.arange(0, 1.01, 0.2), [f"{v} %" for v in range(0, 101, 20)])
-        _soften(axis)
+        soften(axis)
     for axis in axes.flat[len(signers) :]:
         axis.set_visible(False)
     axes[0, 0].set_ylabel("accuracy per segment")
@@ -110,7 +89,7 @@ def draw_evaluation(evaluation: pd.DataFrame, people: pd.DataFrame | None = None
     bars = [str(s) for s in segmentations]
     unique = {name: known[name] for name in [*bars, *(n for n in known if n not in bars)]}
     figure.legend(unique.values(), unique.keys(), loc="outside upper left", ncols=len(unique), frameon=False)
-    return _svg(figure, "Accuracy by classifier, segmentation and signer")
+    return to_svg(figure, "Accuracy by classifier, segmentation and signer")
 
 
 def _find_people(people: pd.DataFrame | None, signer: str, segmentation: str) -> list[float]:
@@ -130,7 +109,7 @@ def _draw_bars(axis: Axes, x: NDArray, rows: pd.DataFrame, width: float, colour:
     if {"accuracy_low", "accuracy_high"} <= set(rows.columns):
         own = rows[["accuracy_low", "accuracy_high"]].to_numpy(dtype=float)
         low, high = np.where(np.isnan(own).any(axis=1), (low, high), own.T)
-    axis.vlines(x, low, high, color=_INK, linewidth=1.1, zorder=4, label="95 % interval")
+    axis.vlines(x, low, high, color=INK, linewidth=1.1, zorder=4, label="95 % interval")
     if "accuracy_duration" in rows:
         axis.plot(
             x,
@@ -139,7 +118,7 @@ def _draw_bars(axis: Axes, x: NDArray, rows: pd.DataFrame, width: float, colour:
             markersize=4.2,
             linestyle="none",
             markerfacecolor="#ffffff",
-            markeredgecolor=_INK,
+            markeredgecolor=INK,
             markeredgewidth=0.9,
             zorder=5,
             label="by duration",
@@ -151,10 +130,10 @@ def _draw_bars(axis: Axes, x: NDArray, rows: pd.DataFrame, width: float, colour:
         )
 
 
-@matplotlib.rc_context(_STYLE)
+@matplotlib.rc_context(STYLE)
 def draw_recording_times(times: pd.DataFrame) -> str:
     """Return Table B.1 as stacked bars, a bar a row, as SVG."""
-    figure, axes = _figure(9.2, 0.9 + 0.3 * len(times), 1, 1)
+    figure, axes = make_figure(9.2, 0.9 + 0.3 * len(times), 1, 1)
     axis = axes[0, 0]
     left = np.zeros(len(times))
     y = np.arange(len(times))
@@ -168,9 +147,9 @@ def draw_recording_times(times: pd.DataFrame) -> str:
     axis.set_xlim(0, max(left.max() * 1.02, 1e-9) if len(left) else 1)
     axis.set_xlabel("seconds")
     axis.tick_params(axis="y", length=0)
-    _soften(axis, along="x")
+    soften(axis, along="x")
     figure.legend(loc="outside upper left", ncols=9, frameon=False, handlelength=1, handleheight=1, columnspacing=1.3)
-    return _svg(figure, "Recorded seconds per label, by signer and protocol")
+    return to_svg(figure, "Recorded seconds per label, by signer and protocol")
 
 
 def _find_column_colour(column: str) -> str:
@@ -178,12 +157,12 @@ def _find_column_colour(column: str) -> str:
     return known.get(column.lower()) or find_label_colours(column)[0]
 
 
-@matplotlib.rc_context(_STYLE)
+@matplotlib.rc_context(STYLE)
 def draw_residuals(residuals: pd.DataFrame) -> str:
     """Return mean and 95th percentile of the marker residuals of every take, as SVG; a dot a take beyond 30 takes."""
     table = residuals.reset_index(drop=True)
     many = len(table) > 30
-    figure, axes = _figure(9.2, 3.0 if many else 0.8 + 0.23 * len(table), 1, 1)
+    figure, axes = make_figure(9.2, 3.0 if many else 0.8 + 0.23 * len(table), 1, 1)
     axis = axes[0, 0]
     mean, p95 = (table[c].to_numpy(dtype=float) for c in ("mean", "p95"))
     if many:
@@ -196,7 +175,7 @@ def draw_residuals(residuals: pd.DataFrame) -> str:
         axis.set_xticks([])
         axis.set_ylabel("marker residual (mm)")
         axis.set_ylim(bottom=0)
-        _soften(axis)
+        soften(axis)
     else:
         place = np.arange(len(table))
         axis.hlines(place, mean, p95, color="#8fb7d6", linewidth=2.2)
@@ -208,25 +187,25 @@ def draw_residuals(residuals: pd.DataFrame) -> str:
         axis.set_xlabel("marker residual (mm)")
         axis.set_xlim(left=0)
         axis.tick_params(axis="y", length=0)
-        _soften(axis, along="x")
+        soften(axis, along="x")
     figure.legend(loc="outside upper left", ncols=2, frameon=False)
-    return _svg(figure, "Marker residuals of the solve, take by take")
+    return to_svg(figure, "Marker residuals of the solve, take by take")
 
 
-@matplotlib.rc_context(_STYLE)
+@matplotlib.rc_context(STYLE)
 def draw_segmentation(example: SegmentationExample) -> str:
     """Return Figure 4.3: the energies of a take over its manual and automatic segments in colour, as SVG."""
     names = list(example.tiers)
     stop = len(next(iter(example.energies.values()))) if example.stop is None else example.stop
     heights = [2.0] + [0.34] * len(names)
-    figure, axes = _figure(9.2, 1.2 + sum(heights), len(heights), 1, sharex=True, height_ratios=heights)
+    figure, axes = make_figure(9.2, 1.2 + sum(heights), len(heights), 1, sharex=True, height_ratios=heights)
     seconds = np.arange(example.start, stop) / example.rate
     top = axes[0, 0]
     for (name, curve), colour in zip(example.energies.items(), _CURVES * len(example.energies), strict=False):
         top.plot(seconds, np.asarray(curve)[example.start : stop], color=colour, linewidth=1.3, label=name)
     top.set_ylim(bottom=0)
     top.set_ylabel(f"energy ({example.unit})")
-    _soften(top)
+    soften(top)
     for axis, name in zip(axes[1:, 0], names, strict=True):
         table = example.tiers[name]
         for onset, offset, label in zip(table["onset"], table["offset"], table["label"], strict=True):
@@ -245,7 +224,7 @@ def draw_segmentation(example: SegmentationExample) -> str:
     axes[-1, 0].tick_params(axis="x", length=3)
     top.set_xlim(example.start / example.rate, stop / example.rate)
     figure.legend(loc="outside upper left", ncols=len(example.energies), frameon=False)
-    return _svg(figure, f"Energies and segments of take {example.take}")
+    return to_svg(figure, f"Energies and segments of take {example.take}")
 
 
 def _draw_segment(axis: Axes, onset: int, offset: int, label: str, example: SegmentationExample) -> None:
@@ -254,51 +233,8 @@ def _draw_segment(axis: Axes, onset: int, offset: int, label: str, example: Segm
     axis.fill([start, stop, stop, start], [0.04, 0.04, 0.96, 0.96], color=colours[0], linewidth=0)
     if len(colours) == 2:
         axis.fill([start, stop, stop], [0.04, 0.96, 0.04], color=colours[1], linewidth=0)
-    axis.plot([start, start], [0.04, 0.96], color=_INK, linewidth=0.5)
+    axis.plot([start, start], [0.04, 0.96], color=INK, linewidth=0.5)
     whole = (len(next(iter(example.energies.values()))) if example.stop is None else example.stop) - example.start
     if len(colours) == 1 and (offset - onset) / whole > 0.0095 * (len(label) + 1):
         ink = find_text_colour(colours[0])
         axis.text((start + stop) / 2, 0.47, label, ha="center", va="center", fontsize=8.5, color=ink)
-
-
-def _figure(
-    width: float,
-    height: float,
-    n_rows: int,
-    n_columns: int,
-    sharex: bool = False,
-    sharey: bool = False,
-    height_ratios: Sequence[float] | None = None,
-) -> tuple[Figure, NDArray]:
-    """Return a transparent figure of ``width`` × ``height`` inches and its axes, (n_rows, n_columns)."""
-    figure = Figure(figsize=(width, height), layout="constrained", facecolor="none")
-    axes = figure.subplots(
-        n_rows,
-        n_columns,
-        squeeze=False,
-        sharex=sharex,
-        sharey=sharey,
-        height_ratios=height_ratios,
-        subplot_kw={"facecolor": "none"},
-    )
-    return figure, axes
-
-
-def _soften(axis: Axes, along: Literal["x", "y"] = "y") -> None:
-    """Leave only the base line and faint rules across the values."""
-    axis.spines[["top", "right", "left" if along == "y" else "bottom"]].set_visible(False)
-    axis.grid(axis="y" if along == "y" else "x", color=_QUIET, linewidth=0.5, alpha=0.25, zorder=0)
-    axis.set_axisbelow(True)
-    axis.tick_params(axis=along, length=0)
-
-
-def _svg(figure: Figure, title: str) -> str:
-    """Return the figure as an SVG element to put into a page."""
-    buffer = io.StringIO()
-    with matplotlib.rc_context(_STYLE | {"svg.hashsalt": title}):
-        FigureCanvasSVG(figure).print_svg(buffer, metadata={"Date": None, "Creator": None, "Title": title})
-    text = buffer.getvalue()
-    text = text[text.index("<svg") :]
-    text = re.sub(r'width="[\d.]+pt" height="[\d.]+pt"', 'role="img"', text, count=1)
-    text = re.sub(r"font:\s*([^;\"]*?)'[^;\"]*", r"font: \1inherit", text)
-    return text.replace(_INK, "var(--ink)").replace(_QUIET, "var(--quiet)")

@@ -1,11 +1,10 @@
-"""How figures of a report look, on a page and on paper: quiet axes, and curves that are told apart without colour."""
+"""How figures of a report look, on a page and on paper: quiet axes in the page's own ink."""
 
 from __future__ import annotations
 
 import io
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, Literal
 
 import matplotlib
@@ -14,7 +13,7 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-__all__ = ["INK", "QUIET", "STYLE", "Look", "find_look", "make_figure", "soften", "to_svg"]
+__all__ = ["INK", "QUIET", "STYLE", "make_figure", "soften", "to_svg"]
 
 INK, QUIET = "#010203", "#040506"  # as good as black on paper; on a page replaced by its own colours
 STYLE: Any = {  # Matplotlib types its keys as a closed list
@@ -35,51 +34,6 @@ STYLE: Any = {  # Matplotlib types its keys as a closed list
 }
 
 
-@dataclass(frozen=True)
-class Look:
-    """Colour (after Okabe and Ito), line and sign of a curve: line and sign differ wherever colours do."""
-
-    colour: str
-    line: Any
-    sign: str
-    width: float = 1.4
-    size: float = 5.0
-
-    def style(self) -> dict[str, Any]:
-        """Return what :meth:`Axes.plot` needs."""
-        hollow = self.sign in "sv<>D"
-        return {
-            "color": self.colour,
-            "linestyle": self.line,
-            "marker": self.sign,
-            "linewidth": self.width,
-            "markersize": self.size,
-            "markerfacecolor": "white" if hollow else self.colour,
-            "markeredgecolor": self.colour,
-            "markeredgewidth": 1.1,
-        }
-
-
-_LOOKS = {
-    "greedy + swaps": Look("#0072b2", "-", "o", 2.2, 6.0),
-    "greedy": Look("#56b4e9", (0, (5, 2)), "s"),
-    "pivoted QR": Look("#009e73", (0, (6, 2, 1, 2)), "^"),
-    "k-means median": Look("#d55e00", "-", "D", 1.8),
-    "k-means best inertia": Look("#e69f00", (0, (1, 1.5)), "v"),
-    "k-means one actor": Look("#cc79a7", (0, (4, 1.5)), "<"),
-    "k-means several actors": Look("#7a4a9e", "-", ">"),
-    "k-means": Look("#d55e00", "-", "D", 1.8),
-    "STAR": Look("#6b6b6b", "none", "*", 0.0, 10.0),
-    "MAN": Look("#6b6b6b", (0, (8, 3)), "P", 1.2, 6.0),
-}
-_OTHERS = (Look("#8c564b", (0, (3, 1, 1, 1)), "X"), Look("#117733", (0, (2, 2)), "p"), Look("#332288", "-", "h"))
-
-
-def find_look(name: str, number: int = 0) -> Look:
-    """Return the look of a method, the same in every figure; ``number`` tells those without one of their own apart."""
-    return _LOOKS.get(name) or _OTHERS[number % len(_OTHERS)]
-
-
 def make_figure(
     width: float,
     height: float,
@@ -89,6 +43,7 @@ def make_figure(
     sharex: bool = False,
     sharey: bool = False,
     width_ratios: Sequence[float] | None = None,
+    height_ratios: Sequence[float] | None = None,
 ) -> tuple[Figure, NDArray[Any]]:
     """Return a transparent figure of ``width`` × ``height`` inches and its axes, (n_rows, n_columns)."""
     figure = Figure(figsize=(width, height), layout="constrained", facecolor="none")
@@ -99,6 +54,7 @@ def make_figure(
         sharex=sharex,
         sharey=sharey,
         width_ratios=width_ratios,
+        height_ratios=height_ratios,
         subplot_kw={"facecolor": "none"},
     )
     return figure, axes
