@@ -377,7 +377,9 @@ def test_interrupted_solve_leaves_the_corpus_and_goes_on(corpus, tmp_path, monke
         assert run([str(w) for w in words]) == 0
     before = Corpus.open(corpus).snapshot
     code = (
-        "import sys, time\n"
+        # What is started in the background of a shell inherits that Ctrl-C is ignored.
+        "import signal, sys, time\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "from mimique.workbench.pipeline.session_solver import SessionSolver\n"
         "slow = SessionSolver.solve_take\n"
         "def solve_take(self, name):\n"
