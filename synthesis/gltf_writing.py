@@ -23,8 +23,8 @@ from ..errors import InputError, RigError
 from .animation import Frames, check_weights, fill_missing, find_missing, weight_blocks
 from .gltf_buffers import CORNERS, FLOAT, INT, SHORT, VERTICES, GltfBuffer
 from .linear_colours import linearise_colours
+from .moving_mesh import find_normals
 from .partial_files import partial_file
-from .posed_mesh import PosedMesh
 from .rig import Rig
 from .rig_parts import RigPart, join_names, split_parts
 
@@ -148,8 +148,7 @@ def _write_meshes(
             raise RigError(f"rig {what}: a coordinate is beyond single precision, the numbers of the format")
     if tolerance > 0:
         deltas[np.linalg.norm(rig.deltas, axis=2) <= tolerance] = 0
-    surface = PosedMesh(rig)
-    normals = _unit_normals(surface, rig.neutral)
+    normals = _unit_normals(rig, rig.neutral)
     tints = None if colours is None else _opaque_colours(rig, colours)
     meshes = []
     for part in parts:
@@ -173,7 +172,7 @@ def _write_meshes(
         for shape in part.shapes:
             target = {"POSITION": buffer.add_displacements(deltas[shape, chosen], bounds=True)}
             if shape_normals:
-                turned = _unit_normals(surface, rig.neutral + rig.deltas[shape])[chosen] - normals[chosen]
+                turned = _unit_normals(rig, rig.neutral + rig.deltas[shape])[chosen] - normals[chosen]
                 target["NORMAL"] = buffer.add_displacements(turned, bounds=False)
             targets.append(target)
         if targets:
@@ -216,10 +215,10 @@ def _write_animation(
     return {"name": name, "channels": channels, "samplers": samplers, "extras": {"mimique": notes}}
 
 
-def _unit_normals(surface: PosedMesh, points: NDArray[np.float64]) -> NDArray[np.float32]:
+def _unit_normals(rig: Rig, points: NDArray[np.float64]) -> NDArray[np.float32]:
     """Return normals of length 1, also where a vertex has no triangle or one without an area."""
-    centred = points - surface.rig.neutral.mean(axis=0)  # single precision is finest around zero
-    normals = surface.normals(centred).astype(np.float64)
+    centred = points - rig.neutral.mean(axis=0)  # single precision is finest around zero
+    normals = find_normals(centred, rig.triangles).astype(np.float64)
     length = np.linalg.norm(normals, axis=1)
     normals[length < 0.5] = (0, 0, 1)
     return (normals / np.linalg.norm(normals, axis=1, keepdims=True)).astype(np.float32)

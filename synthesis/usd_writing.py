@@ -18,8 +18,8 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import InputError
 from .animation import Frames, check_weights, fill_missing, find_missing, weight_blocks
 from .linear_colours import linearise_colours
+from .moving_mesh import find_normals
 from .partial_files import partial_file
-from .posed_mesh import PosedMesh
 from .rig import Rig
 from .rig_parts import RigPart, split_parts
 
@@ -99,7 +99,7 @@ def _fill_stage(stage: Any, rig: Rig, parts: list[RigPart], colours: ArrayLike |
     skeleton.CreateJointsAttr(["root"])
     skeleton.CreateBindTransformsAttr(rest)
     skeleton.CreateRestTransformsAttr(rest)
-    normals = PosedMesh(rig).normals(rig.neutral - rig.neutral.mean(axis=0))
+    normals = find_normals(rig.neutral - rig.neutral.mean(axis=0), rig.triangles)
     tints = None if colours is None else linearise_colours(rig, colours).astype(np.float32)
     labels = _identifiers([part.name for part in parts])
     called = _identifiers(list(rig.shapes))

@@ -18,7 +18,7 @@ from matplotlib.patches import FancyBboxPatch
 from numpy.typing import NDArray
 
 from ...synthesis.drawing import make_mesh, open_plotter
-from ...synthesis.posed_mesh import PosedMesh
+from ...synthesis.moving_mesh import find_normals
 from ...synthesis.rig import Rig
 from ...synthesis.scene import find_face_box
 from .label_placement import place_labels
@@ -126,7 +126,7 @@ def render_views(
 def blank_views(rig: Rig, yaws: Sequence[float], *, vertices: Sequence[int] = ()) -> list[FaceView]:
     """Return the same views without a face, for machines that cannot draw one; vertices that look away are hidden."""
     shown = _choose_shown(rig, vertices)
-    normals = PosedMesh(rig).normals(rig.neutral)
+    normals = find_normals(rig.neutral, rig.triangles)
     out = []
     for yaw in yaws:
         axes, depth = _turn(yaw)
@@ -242,7 +242,7 @@ def _render(rig: Rig, yaw: float, shown: Array, colours: Array | None, pixels: i
     try:
         plotter.set_background("white")
         mesh = make_mesh(rig.neutral, rig.triangles)
-        mesh.point_data["Normals"] = PosedMesh(rig).normals(rig.neutral)
+        mesh.point_data["Normals"] = find_normals(rig.neutral, rig.triangles)
         mesh.GetPointData().SetActiveNormals("Normals")
         look: dict[str, Any] = {"ambient": 0.34, "diffuse": 0.72, "specular": 0.0, "show_scalar_bar": False}
         if colours is None:
@@ -267,7 +267,7 @@ def _render(rig: Rig, yaw: float, shown: Array, colours: Array | None, pixels: i
     finally:
         plotter.close()
     seen = _see(rig, axes, depth, extent, 3 * reach - away, middle) & _is_near(rig, yaw)
-    near = _is_near(rig, yaw) & (PosedMesh(rig).normals(rig.neutral) @ depth > FACING) & (yaw != 0)
+    near = _is_near(rig, yaw) & (find_normals(rig.neutral, rig.triangles) @ depth > FACING) & (yaw != 0)
     return FaceView(yaw, image, extent, axes, seen, near)
 
 
@@ -283,7 +283,7 @@ def _see(
     padded = np.pad(np.nan_to_num(front, nan=-np.inf), 1, mode="edge")
     seen = np.min([padded[row + i, column + j] for i in range(3) for j in range(3)], axis=0)
     inside = (flat[:, 0] > extent[0]) & (flat[:, 0] < extent[1]) & (flat[:, 1] > extent[2]) & (flat[:, 1] < extent[3])
-    facing = PosedMesh(rig).normals(rig.neutral) @ depth > FACING
+    facing = find_normals(rig.neutral, rig.triangles) @ depth > FACING
     return np.asarray(inside & facing & ((rig.neutral - middle) @ depth >= seen - HIDDEN))
 
 
