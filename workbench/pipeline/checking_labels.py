@@ -18,6 +18,7 @@ from ...models.mistakes.label_checks import COLUMNS, find_label_mistakes
 from ...models.mistakes.label_evidence import LabelEvidence, collect_label_evidence, make_temporal_labeller
 from ..progress import Reporter
 from .labelled_takes import AFFECT_TIER, choose_author, count_annotators, known_labels, name_affects
+from .shape_weights import read_shape_weights
 
 __all__ = ["LabelCheck", "check_labels", "read_second_annotator"]
 
@@ -155,7 +156,7 @@ def _read_take(  # type: ignore[no-untyped-def]  # a row of the table of takes
     if known is not None and not segments.loc[~moving, "label"].isin(known).all():
         return None, "for it has labels that the vocabulary does not know"
     try:
-        weights = corpus.weights(name)["weights"].values
+        weights = read_shape_weights(corpus, name)["weights"].values
     except NotFoundError:
         return None, "for it has no weights; run: mimique solve CORPUS"
     if not np.isfinite(weights).all(axis=1).any():

@@ -26,6 +26,7 @@ from .labelled_takes import (
     tell_reading,
 )
 from .segmenting import read_segments
+from .shape_weights import read_shape_weights
 from .training import TRAIN_PROTOCOLS
 
 TEST_PROTOCOLS = ("EU",)
@@ -166,7 +167,7 @@ def check_shapes(corpus: CorpusView, takes: Sequence[LabelledTake]) -> None:
     """Refuse takes whose weights are of other shapes, or in another order: columns would mean different things."""
     first: tuple[str, list[str]] | None = None
     for take in takes:
-        shapes = [str(shape) for shape in corpus.weights(take.name)["shape"].values]
+        shapes = [str(shape) for shape in read_shape_weights(corpus, take.name)["shape"].values]
         if first is not None and shapes != first[1]:
             differing = sorted(set(shapes) ^ set(first[1]))
             what = f"they differ in {', '.join(differing[:5])}" if differing else "their order differs"

@@ -28,6 +28,7 @@ from ...models.scores.label_scores import draw_takes, find_intervals
 from ..progress import Reporter
 from .evaluating import check_shapes
 from .labelled_takes import ADJUDICATED, FROM_SCRATCH, WITH_PROPOSALS, choose_author, count_annotators, tell_reading
+from .shape_weights import read_shape_weights
 
 __all__ = ["IntensityEvaluation", "evaluate_intensity"]
 
@@ -154,7 +155,7 @@ def _read_degrees(
                 f"take {name!r}, tier {SEEN!r} of {whose}: expected the degrees {', '.join(INTENSITIES)}, but got "
                 f"{wrong['label'].iloc[0]!r} at frame {wrong['onset'].iloc[0]}"
             )
-        weights = corpus.weights(name)["weights"].values
+        weights = read_shape_weights(corpus, name)["weights"].values
         takes.append(LabelledTake(name, str(row.signer), str(row.protocol or ""), float(row.rate), tier, weights))
         readings[name] = tell_reading(tier)
     return takes, readings
@@ -196,7 +197,7 @@ def _collect_segments(
 def _bare(corpus: CorpusView, name: str, signer: str, rate: float) -> LabelledTake:
     """Read a take for its weights only."""
     nothing = pd.DataFrame({"onset": [], "offset": [], "label": []})
-    return LabelledTake(name, signer, "", rate, nothing, corpus.weights(name)["weights"].values)
+    return LabelledTake(name, signer, "", rate, nothing, read_shape_weights(corpus, name)["weights"].values)
 
 
 def _answer(answers: pd.DataFrame, rng: np.random.Generator, notes: list[str]) -> pd.DataFrame:

@@ -11,6 +11,7 @@ from ...corpus.annotations.vocabulary_change import declared_vocabulary
 from ...corpus.store.view import CorpusView
 from ...errors import InputError, NotFoundError
 from ...models import LabelledTake
+from .shape_weights import read_shape_weights
 
 AFFECT_TIER = "affect"
 
@@ -105,7 +106,7 @@ def read_labelled_takes(
         segments = name_affects(corpus.tier(str(row.take), tier, author=author))
         if known is not None:
             _refuse_unknown(segments, known, f"take {row.take!r}, tier {tier!r} of {author}", tier)
-        weights = corpus.weights(str(row.take), solve)["weights"].values if with_weights else None
+        weights = read_shape_weights(corpus, str(row.take), solve)["weights"].values if with_weights else None
         found.append(
             LabelledTake(
                 name=str(row.take),

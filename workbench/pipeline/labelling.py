@@ -17,6 +17,7 @@ from ...models.stored_models import StoredModel
 from ..progress import Reporter
 from .labelled_takes import AFFECT_TIER
 from .segmenting import MACHINE, SEGMENT_TIER, read_segments
+from .shape_weights import read_shape_weights
 from .training import check_vocabulary, load_model
 
 
@@ -181,7 +182,7 @@ def label_take(corpus: CorpusView, name: str, model: StoredModel) -> pd.DataFram
         If the take's weights are of other shapes or another rate than the model knows, or all NaN, or the segments that
         the model needs are not there.
     """
-    weights = corpus.weights(name)
+    weights = read_shape_weights(corpus, name)
     try:
         model.check_fit([str(s) for s in weights["shape"].values], float(weights.attrs["rate"]))
     except InputError as error:

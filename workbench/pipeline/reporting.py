@@ -23,6 +23,7 @@ from .evaluating import TEST_PROTOCOLS, evaluate
 from .labelled_takes import choose_author, read_labelled_takes
 from .playing import choose_tiers, prepare_performance
 from .segmenting import SEGMENT_TIER, read_segments
+from .shape_weights import read_shape_weights
 
 EXAMPLE_SECONDS = 20.0
 CONSPICUOUS = 3.0
@@ -183,7 +184,7 @@ def _choose_example(corpus: Corpus, annotator: str | None) -> str | None:
 
 
 def _gather_example(corpus: Corpus, take: str) -> SegmentationExample:
-    weights = corpus.weights(take)
+    weights = read_shape_weights(corpus, take)
     rate = float(weights.attrs["rate"])
     energy = motion_energy(weights["weights"].values, rate)
     tiers = choose_tiers(corpus, take, None)

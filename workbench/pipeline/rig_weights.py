@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ...corpus.store.view import CorpusView
 from ...errors import InputError, MimiqueError
 from ...synthesis import Rig, ShapeMapping
+from .shape_weights import read_shape_weights
 
 TABLE_COLUMNS = ("from", "to", "gain")
 
@@ -72,11 +73,9 @@ def read_rig_weights(
         If there are several rigs to choose from, or the shapes have nothing in common.
     """
     which = solve or corpus.current_solve(take)
-    stored = corpus.weights(take, which)
-    angles = set(stored.attrs.get("angles") or ())
+    stored = read_shape_weights(corpus, take, which)
     names = [str(shape) for shape in stored["shape"].values]
-    kept = [place for place, name in enumerate(names) if name not in angles]
-    names, values = [names[place] for place in kept], stored["weights"].values[:, kept].astype(np.float64)
+    values = stored["weights"].values.astype(np.float64)
     rig_name = rig or stored.attrs.get("rig") or _choose_only_rig(corpus, take)
     found = Rig.from_dataset(corpus.rig(rig_name))
     rate = float(stored.attrs["rate"])

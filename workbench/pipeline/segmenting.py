@@ -18,6 +18,7 @@ from ...models import LabelledTake
 from ...models.segmentation.tuning import GRID, SegmentationTuning, tune_segmentation
 from ..progress import Reporter
 from .labelled_takes import choose_author, read_labelled_takes
+from .shape_weights import read_shape_weights
 
 SEGMENT_TIER = "segments"
 MACHINE = "mimique"
@@ -148,7 +149,7 @@ def segment_again(corpus: CorpusView, take: str, parameters: Mapping[str, Any]) 
     """
     known = {**FIXED_ONCE, **parameters}
     settings = SegmentationSettings(**{field.name: known[field.name] for field in fields(SegmentationSettings)})
-    weights = corpus.weights(take, str(known["solve"]))
+    weights = read_shape_weights(corpus, take, str(known["solve"]))
     found = segment_weights(
         weights["weights"].values,
         float(weights.attrs["rate"]),
@@ -199,7 +200,7 @@ def _measure_signer(
     corpus: CorpusView, names: Sequence[str], solve: str | None, settings: SegmentationSettings
 ) -> float:
     """Return how much a signer's weights move while the face is quiet, over all of the takes together, 1/s."""
-    weights = (corpus.weights(name, solve) for name in names)
+    weights = (read_shape_weights(corpus, name, solve) for name in names)
     return measure_joint_restlessness(
         ((some["weights"].values, float(some.attrs["rate"])) for some in weights), settings
     )

@@ -31,6 +31,7 @@ from ..progress import Reporter
 from ..scratch import Scratch
 from .labelled_takes import AFFECT_TIER, choose_author, read_labelled_takes, refuse_unlabelled_signers
 from .segmenting import MACHINE, SEGMENT_TIER, read_segments
+from .shape_weights import read_shape_weights
 from .training_parts import TrainingParts
 
 TRAIN_PROTOCOLS = ("IE", "SE")
@@ -196,7 +197,7 @@ def learn(
     fit_part: FitPart | None = None,
 ) -> tuple[StoredModel, dict[str, Any]]:
     """Learn a model from takes of a corpus, and calibrate it; see :func:`mimique.models.model_learning.learn_model`."""
-    shapes = {take.name: [str(s) for s in corpus.weights(take.name)["shape"].values] for take in taught}
+    shapes = {take.name: [str(s) for s in read_shape_weights(corpus, take.name)["shape"].values] for take in taught}
     first = taught[0].name
     other = next((take for take, names in shapes.items() if names != shapes[first]), None)
     if other is not None:
