@@ -155,7 +155,9 @@ class LabelVocabulary:
         same = [other for other, one in described.items() if key and one.key == key and other != label]
         if same and same[0] in self.labels:
             raise InputError(f"label {label!r}: the key {key!r} is that of {same[0]!r}; choose another one")
-        return replace(self, descriptions=tuple((one, text) for one, text in described.items() if text != LabelDescription()))
+        return replace(
+            self, descriptions=tuple((one, text) for one, text in described.items() if text != LabelDescription())
+        )
 
     def reorder(self, *labels: str) -> LabelVocabulary:
         """Return the vocabulary with its labels in another order.
