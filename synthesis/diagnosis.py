@@ -92,10 +92,7 @@ def diagnose(solver: WeightSolver, positions: ArrayLike, weights: ArrayLike) -> 
 
 
 def find_conspicuous_frames(residual: ArrayLike, k: float = CONSPICUOUS) -> NDArray[np.bool_]:
-    """Return (F,) which frames' residuals stand out from the take's.
-
-    A frame stands out where its residual exceeds the median by ``k`` robust standard deviations: 1.4826 times the
-    median absolute deviation, and at least 0.05 times the median.
+    """Return (F,) which frames' residuals stand out from the take's: exceed :func:`find_residual_threshold`.
 
     Parameters
     ----------
@@ -110,12 +107,34 @@ def find_conspicuous_frames(residual: ArrayLike, k: float = CONSPICUOUS) -> NDAr
         If ``k`` is not above 0.
     """
     values = check_array(residual, name="residual", shape=(None,))
+    with np.errstate(invalid="ignore"):
+        return np.asarray(values > find_residual_threshold(values, k))
+
+
+def find_residual_threshold(residual: ArrayLike, k: float = CONSPICUOUS) -> float:
+    """Return the residual in mm above which a frame stands out from the take's; NaN where none is known.
+
+    It is the median and ``k`` robust standard deviations: 1.4826 times the median absolute deviation, and at least 0.05
+    times the median.
+
+    Parameters
+    ----------
+    residual
+        (F,) mm, NaN where unknown.
+    k
+        How many deviations, above 0.
+
+    Raises
+    ------
+    InputError
+        If ``k`` is not above 0.
+    """
+    values = check_array(residual, name="residual", shape=(None,))
     if not k > 0:
         raise InputError(f"k: expected a number above 0, but got {k}")
     known = values[np.isfinite(values)]
     if not len(known):
-        return np.zeros(len(values), dtype=bool)
+        return float("nan")
     median = float(np.median(known))
     deviation = max(MAD_TO_DEVIATION * float(np.median(np.abs(known - median))), LEAST_DEVIATION * median)
-    with np.errstate(invalid="ignore"):
-        return np.asarray(values > median + k * deviation)
+    return median + k * deviation

@@ -12,6 +12,7 @@ from ...corpus.store.view import CorpusView
 from ...errors import InputError, NotFoundError
 from ...models import LabelledTake
 from .shape_weights import read_shape_weights
+from .tier_makers import came_by_review, is_machine_made
 
 AFFECT_TIER = "affect"
 
@@ -104,6 +105,8 @@ def read_labelled_takes(
         if (signers and row.signer not in signers) or (protocols and row.protocol not in protocols):
             continue
         segments = name_affects(corpus.tier(str(row.take), tier, author=author))
+        if came_by_review(corpus.provenance(str(row.take), "tier", tier, author)):
+            segments = leave_out_proposals(segments)
         if known is not None:
             _refuse_unknown(segments, known, f"take {row.take!r}, tier {tier!r} of {author}", tier)
         weights = read_shape_weights(corpus, str(row.take), solve)["weights"].values if with_weights else None
@@ -165,6 +168,29 @@ def known_labels(corpus: CorpusView, tier: str = AFFECT_TIER) -> set[str] | None
     return {*names["label"], *name_affects(names)["label"]}
 
 
+def leave_out_proposals(segments: pd.DataFrame) -> pd.DataFrame:
+    """Return a reviewed tier without what a model proposed and nobody looked at: that time is not annotated yet.
+
+    A transition follows from what it lies between, and nobody is asked about it: a proposed one stays where it touches
+    a segment that stays on both sides.
+
+    Parameters
+    ----------
+    segments
+        With ``from_label`` and ``to_label``, in order of onset.
+    """
+    kept = ~((segments["status"] == "proposed") & (segments["origin"] == "model"))
+    moving = segments["from_label"] != segments["to_label"]
+    onset, offset = segments["onset"], segments["offset"]
+    between = (
+        (kept & ~moving).shift(1, fill_value=False)
+        & (kept & ~moving).shift(-1, fill_value=False)
+        & (offset.shift(1) == onset)
+        & (onset.shift(-1) == offset)
+    )
+    return segments[kept | (moving & between)].reset_index(drop=True)
+
+
 def _refuse_unknown(segments: pd.DataFrame, known: set[str], where: str, tier: str) -> None:
     """Refuse labels that are neither known nor a transition between known ones."""
     moving = (segments["from_label"] != "") & (segments["from_label"] != segments["to_label"])
@@ -185,8 +211,7 @@ def name_affects(segments: pd.DataFrame) -> pd.DataFrame:
 
 
 def _is_machine_made(corpus: CorpusView, take: str, tier: str, author: str) -> bool:
-    """Whether a model labelled a tier: here, or before it came in as a file."""
-    if corpus.provenance(take, "tier", tier, author):
+    provenance = corpus.provenance(take, "tier", tier, author)
+    if provenance and not came_by_review(provenance):
         return True
-    table = corpus.tier(take, tier, author=author)
-    return bool(len(table)) and bool((table["origin"] == "model").all())
+    return is_machine_made(provenance, corpus.tier(take, tier, author=author))

@@ -17,9 +17,10 @@ from ...models.labelled_take import find_transitions
 from ...models.labellers import TRANSITION
 from ..progress import Reporter
 from .labelled_takes import AFFECT_TIER
+from .shape_weights import read_shape_weights
 from .training import load_model
 
-__all__ = ["COLUMNS", "queue_for_review"]
+__all__ = ["COLUMNS", "judge_by_model", "queue_for_review"]
 
 COLUMNS = ["take", "onset", "offset", "seconds", "label", "confidence", "second", "gain", "model"]
 FLOOR = 1e-4
@@ -117,7 +118,12 @@ def _load(corpus: CorpusView, name: str) -> Any:
 
 def _judge(corpus: CorpusView, take: str, model: Any, proposed: pd.DataFrame) -> pd.DataFrame:
     """Probabilities as columns ``p_<class>``, by the model, or by the tier's confidence."""
-    found = None if model is None else _judge_by_model(corpus, take, model, proposed)
+    found = None
+    if model is not None:
+        try:
+            found = judge_by_model(corpus, take, model, proposed)
+        except (InputError, NotFoundError) as error:
+            warnings.warn(f"take {take!r}: {error}; the confidences of its tier stand for the model", stacklevel=2)
     if found is not None and set(proposed["label"]) <= set(found[1]):
         return probability_columns(*found)
     classes = sorted({str(label) for label in proposed["label"]} | set(found[1] if found is not None else ()))
@@ -128,17 +134,37 @@ def _judge(corpus: CorpusView, take: str, model: Any, proposed: pd.DataFrame) ->
     return probability_columns(np.where(own, sure, (1.0 - sure) / (len(classes) - 1)), classes)
 
 
-def _judge_by_model(
+def judge_by_model(
     corpus: CorpusView, take: str, model: Any, proposed: pd.DataFrame
-) -> tuple[NDArray[np.float64], list[str]] | None:
-    """Probabilities of a classifier of segments or a labeller of frames; None where it cannot judge this take."""
-    try:
-        weights = corpus.weights(take)
-        model.check_fit([str(shape) for shape in weights["shape"].values], float(weights.attrs["rate"]))
-        p = model.segment_probabilities(weights["weights"].values, proposed)
-    except (InputError, NotFoundError) as error:
-        warnings.warn(f"take {take!r}: {error}; the confidences of its tier stand for the model", stacklevel=2)
-        return None
+) -> tuple[NDArray[np.float64], list[str]]:
+    """Return what a stored model holds of segments, given that none of them is a transition.
+
+    Parameters
+    ----------
+    corpus, take
+        Whose current weights it judges by.
+    model
+        A classifier of segments or a labeller of frames, as :func:`.training.load_model` returns it.
+    proposed
+        ``(n_segments,)`` rows with ``onset`` and ``offset`` (half-open, frames).
+
+    Returns
+    -------
+    probabilities
+        ``(n_segments, n_classes)``, above 0; rows add up to 1.
+    classes
+        Labels of the columns.
+
+    Raises
+    ------
+    InputError
+        If the weights are not of the shapes or the rate that the model knows.
+    NotFoundError
+        If the take, or its weights, are not there.
+    """
+    weights = read_shape_weights(corpus, take)
+    model.check_fit([str(shape) for shape in weights["shape"].values], float(weights.attrs["rate"]))
+    p = model.segment_probabilities(weights["weights"].values, proposed)
     names = [str(label) for label in (model.calibrator.classes if model.calibrator is not None else model.classes)]
     held = [k for k, label in enumerate(names) if label != TRANSITION]
     p = p[:, held] + FLOOR

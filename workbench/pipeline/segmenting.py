@@ -19,10 +19,8 @@ from ...models.segmentation.tuning import GRID, SegmentationTuning, tune_segment
 from ..progress import Reporter
 from .labelled_takes import choose_author, read_labelled_takes
 from .shape_weights import read_shape_weights
+from .tier_makers import MACHINE, SEGMENT_TIER
 
-SEGMENT_TIER = "segments"
-MACHINE = "mimique"
-"""Author of what is computed without learning."""
 FIXED_ONCE = {"window": 0.25, "tau": 0.05, "directness": 0.3, "flank": 0.8, "min_duration": 0.1}
 """What steps were made with that do not name these parameters."""
 
