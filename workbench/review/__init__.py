@@ -1,0 +1,1 @@
+"""The review page: the server that keeps annotators' edits, and the page in the browser."""

@@ -1,0 +1,1 @@
+"""The coding scheme in the page: labels, colours, keys, tiers and the coding manual."""
