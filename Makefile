@@ -7,12 +7,13 @@ PIP    := $(BIN)/python -m pip --disable-pip-version-check --quiet
 DEBIAN := libegl1 libgl1-mesa-dri libosmesa6
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint bench stress docs system-packages clean
+.PHONY: help demo test lint page bench stress docs system-packages clean
 
 help:
 	@echo "make demo    install, then run the whole pipeline on simulated signers (leaves a corpus, a report, a film in demo/)"
 	@echo "make test    install what the tests need, then run them"
 	@echo "make lint    ruff, mypy"
+	@echo "make page    build the review page again, after a change to it"
 	@echo "make bench   measure speed and accuracy against other software (minutes)"
 	@echo "make stress  many processes, kills, damaged files (an hour)"
 	@echo "make docs    redraw the figures and tables of the documentation"
@@ -66,6 +67,9 @@ lint: $(VENV)/.lint
 	@$(BIN)/ruff format --check .
 	@$(BIN)/mypy
 
+page: $(VENV)/.test
+	@$(BIN)/python workbench/review/page/build_page.py
+
 bench: $(VENV)/.bench
 	@for script in benchmarks/bench_*.py; do echo "== $$script"; OMP_NUM_THREADS=2 $(BIN)/python $$script || exit 1; done
 
@@ -78,4 +82,4 @@ docs: system-packages $(VENV)/.core
 	@for script in docs/draw_*.py; do echo "== $$script"; $(BIN)/python $$script || exit 1; done
 
 clean:
-	rm -rf $(VENV) build dist *.egg-info demo .pytest_cache .ruff_cache .mypy_cache .hypothesis
+	rm -rf $(VENV) build dist *.egg-info demo workbench/review/static workbench/review/page/node_modules .pytest_cache .ruff_cache .mypy_cache .hypothesis

@@ -1,0 +1,2 @@
+/** Commands whose keys are held down now, by id. */
+export const held = new Set<string>();

@@ -1,0 +1,44 @@
+/** Small pieces that several views show: keys, colours of labels, confidence, status, commands to copy. */
+import type { Status } from "../api/messages";
+import { say } from "../words";
+
+/** A key cap, or nothing where there is no key. */
+export function Key(props: { keys: string }) {
+  return props.keys === "" ? null : <kbd class="key">{props.keys}</kbd>;
+}
+
+/** A label's colour; the label itself stands beside it, so a reader of the screen is not told. */
+export function Swatch(props: { colour: string }) {
+  return <span class="swatch" style={{ backgroundColor: props.colour }} aria-hidden="true" />;
+}
+
+/** How sure somebody was, as a bar and in percent; "–" where nobody said. */
+export function Confidence(props: { value: number | null }) {
+  if (props.value === null) {
+    const unknown = say("confidence.unknown");
+    return <span class="soft number" role="img" aria-label={unknown} title={unknown}>–</span>;
+  }
+  const percent = Math.round(props.value * 100);
+  return (
+    <span class="row confidence" title={say("confidence.is", { percent })}>
+      <span class="meter" aria-hidden="true"><span style={{ width: `${percent}%` }} /></span>
+      <span class="number small">{percent} %</span>
+    </span>
+  );
+}
+
+/** Proposed, reviewed or adjudicated: by a word, a sign and a frame, not by colour alone. */
+export function StatusBadge(props: { status: Status }) {
+  const sign = props.status === "proposed" ? "" : props.status === "reviewed" ? "✓ " : "✓✓ ";
+  return <span class={`badge badge-${props.status}`}>{sign}{say(`status.${props.status}`)}</span>;
+}
+
+/** A command of the command line, to select and copy. */
+export function Command(props: { text: string | null | undefined }) {
+  return props.text ? <code class="command">{props.text}</code> : null;
+}
+
+/** Something is being fetched. */
+export function Spinner() {
+  return <span class="spinner" role="status" aria-label={say("loading")} />;
+}
