@@ -188,7 +188,8 @@ def _listen(serving: Serving, folder: Path) -> socket.socket:
             family, kind, _, _, place = socket.getaddrinfo(
                 host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
             )[0]
-            listener = socket.socket(family, kind)
+            # asyncio sends small answers at once (TCP_NODELAY) only where it knows the protocol; else each waits 40 ms.
+            listener = socket.socket(family, kind, socket.IPPROTO_TCP)
         except (OSError, UnicodeError) as error:
             raise CorpusError(
                 f"--host {host}: no such address ({getattr(error, 'strerror', None) or error})"
