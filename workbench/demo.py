@@ -87,7 +87,7 @@ def run_demo(out: Path, *, seconds: float = 120.0, seed: int = 0, reporter: Repo
     made["best"] = (
         f"{top['classifier']}, {top['accuracy']:.0%} of the simulated EU segments (majority {top['majority']:.0%})"
     )
-    made["next"] = f"mimique show {out / 'corpus'}   mimique play {out / 'corpus'} {take}"
+    made["next"] = f"mimique review {out / 'corpus'}   mimique play {out / 'corpus'} {take}"
     made["time"] = f"{time.perf_counter() - begin:.0f} s"
     return "\n".join(f"{key:<8}{value}" for key, value in made.items())
 

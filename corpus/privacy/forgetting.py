@@ -28,7 +28,8 @@ from ..store.repository import MAIN_BRANCH, commit_metadata, list_branches, list
 from ..store.unit_paths import describe_unit, kind_of_unit
 from .folder_swap import exchange_folders
 from .personal_data import PersonalData, find_personal_data, order_snapshots
-from .personal_files import ICECHUNK_ENTRIES, clean_beside, copy_extra_files
+from .personal_files import ICECHUNK_ENTRIES, clean_beside, copy_extra_files, review_beside
+from .redaction import Redactor
 from .replay import Replay
 from .tombstones import hash_code, was_forgotten, write_tombstone
 
@@ -86,6 +87,7 @@ class Forgetting:
         if self.renamed:
             lines.append(f"renamed: {enumerate_names(list(self.renamed))}")
         lines.append("their names in messages and parameters of commits, and finished work kept beside the corpus")
+        lines.append("what the review page keeps of their takes: edits, published or not, and pictures")
         if self.ambiguous:
             lines.append(
                 f"NOT: {enumerate_names(list(self.ambiguous))}, which bear the code but are not recorded as theirs"
@@ -116,6 +118,7 @@ def forget(
     *,
     author: str | None = None,
     on_snapshot: Callable[[int], object] = lambda total: None,
+    purge_review: Callable[[PersonalData, Redactor], object] | None = None,
 ) -> Forgetting:
     """Remove a signer from all history: takes, what was derived and learned from them, their record and their names.
 
@@ -133,6 +136,9 @@ def forget(
         Who does this.
     on_snapshot
         Called with the number of snapshots after each one is made again.
+    purge_review
+        Deletes what the corpus's review keeps of the signer; called once the new history is ready. Who reviews keeps
+        edits beside the corpus, in tables that belong together, which only the review can tell apart.
 
     Returns
     -------
@@ -145,6 +151,7 @@ def forget(
         If nothing is the signer's, or they were forgotten already; what an interrupted run left is cleared then too.
     CorpusError
         If the corpus is locked, or the new one cannot be written or is not what it should be; the old one stands then.
+        If there are edits of a review, and nothing was given that purges them.
     """
     if not isinstance(corpus.path, Path):
         raise CorpusError(
@@ -153,6 +160,11 @@ def forget(
         )
     path = corpus.path.resolve()
     building = leftover_folder(path)
+    review = review_beside(path)
+    if purge_review is None and review.exists():
+        raise CorpusError(
+            f"{review}: holds edits, and shows, of this corpus's takes; run 'mimique forget', which goes through them"
+        )
     try:
         with lock_corpus(path, timeout=corpus._lock_timeout, purpose="forget a signer"):
             shutil.rmtree(building, ignore_errors=True)
@@ -172,6 +184,8 @@ def forget(
             unread = copy_extra_files(path, building, redactor, leave=leave)
             shutil.copymode(path, building)
             clean_beside(path, redactor)
+            if purge_review is not None:
+                purge_review(data, redactor)
             # Who waits for the lock looks for its file by name, and from the exchange on finds this one.
             with lock_corpus(building, purpose="forget a signer"):
                 exchange_folders(path, building)

@@ -10,7 +10,7 @@ from pathlib import Path
 from ...errors import CorpusError
 from .redaction import Redactor
 
-__all__ = ["ICECHUNK_ENTRIES", "clean_beside", "copy_extra_files", "is_database", "purge_database"]
+__all__ = ["ICECHUNK_ENTRIES", "clean_beside", "copy_extra_files", "is_database", "purge_database", "review_beside"]
 
 ICECHUNK_ENTRIES = frozenset(("chunks", "config.yaml", "manifests", "refs", "snapshots", "transactions"))
 """What Icechunk keeps in a repository's folder."""
@@ -101,10 +101,20 @@ def copy_extra_files(source: Path, target: Path, redactor: Redactor, *, leave: f
     return copied
 
 
+def review_beside(corpus: Path) -> Path:
+    """Return the folder in which a corpus's review keeps its edits, whether or not it is there."""
+    return corpus.parent / f"{corpus.name}.review"
+
+
 def _files_beside(corpus: Path) -> list[Path]:
-    """Return the files in entries beside the corpus that are named after it, such as ``corpus.review.sqlite``."""
+    """Return the files in entries beside the corpus that are named after it, such as ``corpus.notes.sqlite``.
+
+    The review's own folder is left to the review: a row of it that names nobody can belong to one that does.
+    """
     files: list[Path] = []
     for entry in sorted(corpus.parent.glob(f"{_escape(corpus.name)}.*")):
+        if entry == review_beside(corpus):
+            continue
         files += [path for path in entry.rglob("*") if path.is_file()] if entry.is_dir() else [entry]
     return files
 

@@ -1,6 +1,7 @@
 """A person at the review page: Debian's Chromium, keys and clicks, and what the page then shows."""
 
 import os
+import re
 import shutil
 import time
 from contextlib import contextmanager
@@ -13,6 +14,7 @@ CHROMIUM = next(
 )
 SIZE = (1280, 720)
 PATIENCE = 30.0  # s; drawn by software on a busy machine, the page may take its time
+PASSWORD = "a long password"
 SEGMENT = ("id", "onset", "offset", "label", "status", "origin")
 
 
@@ -38,6 +40,39 @@ def open_browser():
             yield browser
         finally:
             browser.close()
+
+
+def start_browser():
+    """What a fixture named ``browser`` yields from: Chromium for the tests of a module."""
+    require_browser()
+    with open_browser() as opened:
+        yield opened
+
+
+def new_context(browser, **options):
+    """A person's browser profile at the size of a small screen."""
+    return browser.new_context(**{"viewport": {"width": SIZE[0], "height": SIZE[1]}, "locale": "en-GB", **options})
+
+
+def add_people(corpus: Path, *names: str, leads: tuple[str, ...] = ()) -> None:
+    """Let people log in by name and PASSWORD."""
+    from mimique.workbench.review.context import open_database
+    from mimique.workbench.review.people.accounts import Accounts
+
+    database = open_database(corpus)
+    for name in (*names, *leads):
+        Accounts(database).add(name, PASSWORD, is_lead=name in leads)
+    database.close()
+
+
+@contextmanager
+def open_page(browser, server, person: str, **options):
+    """A person who has logged in by name, in a browser profile of their own; in the end nothing was thrown."""
+    with new_context(browser, **options) as context:
+        review = ReviewPage(context, server.origin + "/")
+        review.log_in(person)
+        yield review
+        review.finished()
 
 
 class ReviewPage:
@@ -84,6 +119,14 @@ class ReviewPage:
     def notice(self) -> str:
         return str(self.ask("s.notice.value && s.notice.value.text"))
 
+    def log_in(self, person: str, password: str = PASSWORD) -> None:
+        """Fill in the form and wait until the person is known."""
+        self.page.locator("input[name=person]").fill(person)
+        self.page.locator("input[name=password]").fill(password)
+        self.page.keyboard.press("Enter")
+        self.until("s.session.value && s.session.value.person", person)
+        self.until("s.login.value", None)
+
     def ready(self) -> None:
         """Wait until a take is open, its face is drawn and everything is saved."""
         self.until("s.draft.value !== null && s.scene.value !== null && s.opening.value === null")
@@ -117,6 +160,54 @@ class ReviewPage:
         """Type a frame into the transport's field."""
         self.ask(f"clock.seek({frame})")
         self.until("clock.frame.value", frame)
+
+    def find(self, segment: str, tier: str = "affect") -> dict:
+        """A segment as the page holds it."""
+        return next(one for one in self.segments(tier) if one["id"] == segment)
+
+    def text(self) -> str:
+        """What can be read on the screen."""
+        return " ".join(self.page.inner_text("body").split())
+
+    def says(self, *words: str, patience: float = PATIENCE) -> None:
+        """Wait until words can be read on the screen."""
+        end = time.monotonic() + patience
+        while missing := [one for one in words if one not in self.text()]:
+            assert time.monotonic() < end, f"the page does not say {missing}; it says: {self.text()}"
+            self.page.wait_for_timeout(50)
+
+    def click(self, name: str | re.Pattern, role: str = "button", *, within: str = "body", exact: bool = True) -> None:
+        """Click what a screen reader calls by this name."""
+        self.page.locator(within).last.get_by_role(role, name=name, exact=exact).first.click()
+
+    def command(self, name: str) -> None:
+        """Click the button of a command, and wait until all it did is on disk."""
+        self.page.locator(f"[data-command='{name}']").first.click()
+        self.page.wait_for_timeout(60)
+        self.saved()
+
+    def menu(self, item: str) -> None:
+        """Choose something in the menu at the right of the top bar."""
+        self.page.locator("header .popover").last.locator("button").first.click()
+        self.page.get_by_role("menuitem", name=item).first.click()
+
+    def publish(self) -> None:
+        """Publish what the dialog shows."""
+        self.page.locator("dialog .dialog-foot .button-primary:enabled").click()
+
+    def open_take(self, take: str) -> None:
+        """Choose a take by the list behind its name."""
+        if self.ask("s.scene.value && s.scene.value.take") != take:
+            self.page.locator(".take-button").click()
+            self.page.locator(".take-list .menu-item").filter(has_text=take).first.click()
+        self.until("s.scene.value && s.scene.value.take", take)
+        self.until("s.draft.value && s.draft.value.take", take)
+        self.ready()
+
+    def finished(self) -> None:
+        """Nothing was thrown, and nobody outside was asked."""
+        assert self.faults == []
+        assert self.outside == []
 
     def shown_list(self) -> list[str]:
         """What a screen reader reads of the active tier."""

@@ -1,5 +1,8 @@
 """A small simulated corpus to review: the avatar, short takes of two signers, a model's proposals."""
 
+import atexit
+import shutil
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -62,3 +65,17 @@ def make_review_corpus(
                 edit.put_processed(take, "adapted-avatar-map", adapted)
             edit.put_tier(take, "affect", table, author=MODEL, provenance={"step": "label"})
     return corpus
+
+
+_TEMPLATES: dict[tuple, Path] = {}
+
+
+def copy_review_corpus(folder: Path, **facts) -> Path:
+    """Make the same corpus as :func:`make_review_corpus`, by copying one that this process made before."""
+    key = tuple(sorted(facts.items()))
+    if key not in _TEMPLATES or not _TEMPLATES[key].is_dir():
+        place = Path(tempfile.mkdtemp(prefix="mimique-review-corpora-"))
+        atexit.register(shutil.rmtree, place, ignore_errors=True)
+        _TEMPLATES[key] = make_review_corpus(place / "corpus", **facts).path
+    shutil.copytree(_TEMPLATES[key], folder)
+    return folder

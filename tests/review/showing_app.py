@@ -2,6 +2,7 @@
 
 import asyncio
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import httpx
@@ -13,7 +14,8 @@ from mimique.workbench.review.server.errors import add_error_handlers
 
 def make_review(corpus_path: Path, folder: Path, **parts: Any) -> Review:
     """Return a review of a corpus with nothing but what its tests need."""
-    review = Review(location=corpus_path, folder=folder, database=None, people=None)  # type: ignore[arg-type]
+    people = SimpleNamespace(are_named=False)
+    review = Review(location=corpus_path, folder=folder, database=None, people=people)  # type: ignore[arg-type]
     review._parts.update(parts)
     return review
 
@@ -40,6 +42,7 @@ class Client:
 def make_client(review: Review, *routers: APIRouter, person: str = "ab", is_lead: bool = False) -> Client:
     """Return a client of these routes."""
     app = FastAPI()
+    app.state.review = review
     add_error_handlers(app)
     for router in routers:
         app.include_router(router)

@@ -1,5 +1,6 @@
 """Double coding: drawn, coded blind, compared when all are done, and settled."""
 
+import shutil
 import threading
 from contextlib import suppress
 
@@ -31,16 +32,22 @@ RATE, N_FRAMES = 200.0, 1600
 TAKES = [f"{signer}_{number}" for signer in ("s1", "s2") for number in range(5)]
 
 
-@pytest.fixture
-def review(tmp_path, rng):
-    made = Corpus.create(tmp_path / "corpus")
+@pytest.fixture(scope="module")
+def template(tmp_path_factory):
+    folder, rng = tmp_path_factory.mktemp("coding") / "corpus", np.random.default_rng(5)
+    made = Corpus.create(folder)
     with made.transaction("Make", author="lead") as edit:
         for name in TAKES:
             take = make_take(np.zeros((N_FRAMES, 1, 3)), ["M"], RATE, signer=name[:2], protocol="IE")
             edit.put_take(name, take)
             proposals = make_proposals(N_FRAMES, rng)
             edit.put_tier(name, "affect", proposals, author="old", provenance={"step": "label"})
-    opened = open_review(tmp_path / "corpus", owner="lead")
+    return folder
+
+
+@pytest.fixture
+def review(template, tmp_path):
+    opened = open_review(shutil.copytree(template, tmp_path / "corpus"), owner="lead")
     yield opened
     opened.close()
 

@@ -17,26 +17,16 @@ from mimique.workbench.review.context import open_review
 from mimique.workbench.review.database import Database
 from mimique.workbench.review.drafts.operations import apply_operation
 from mimique.workbench.review.drafts.records import DraftKey, ForbiddenDraftError, StaleDraftError, TakeGoneError
+from mimique.workbench.review.drafts.tier_labels import TierLabels
 
-from .review_corpus import MODEL, TAKES, make_review_corpus
+from .review_corpus import MODEL, TAKES, copy_review_corpus
 
 KEY = DraftKey("ab", TAKES[0])
 
 
-@pytest.fixture(scope="module")
-def made(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("drafts") / "corpus"
-    make_review_corpus(folder, weights=False, n_frames=1200)
-    return folder
-
-
 @pytest.fixture
-def folder(made, tmp_path):
-    """A corpus of the test's own: making one takes seconds, copying one does not."""
-    import shutil
-
-    shutil.copytree(made, tmp_path / "corpus")
-    return tmp_path / "corpus"
+def folder(tmp_path):
+    return copy_review_corpus(tmp_path / "corpus", weights=False, n_frames=1200)
 
 
 @pytest.fixture
@@ -176,6 +166,9 @@ def test_there_is_an_end_to_undo_and_redo(review):
         step(review, "redo")
 
 
+AFFECTS = TierLabels(LabelVocabulary.usual("affect"))
+
+
 def random_operation(rows, chance):
     """An operation that can be done, more or less."""
     kind = chance.choice(["accept", "relabel", "move", "split", "merge", "add", "delete"])
@@ -206,7 +199,7 @@ def test_hundreds_of_edits_with_undo_redo_and_restarts_are_as_a_list_of_states_h
             if not outcome.changes:
                 continue
             states = [*states[: place + 1], rows_of(review)]
-            change = apply_operation(states[place], operation, 1200, lambda: 1)
+            change = apply_operation(states[place], operation, 1200, lambda: 1, labels=AFFECTS)
             assert [{**row, "id": 0, "parents": ""} for row in outcome.changes[0].removed] == [
                 {**row, "id": 0, "parents": ""} for row in change.removed
             ]

@@ -3,7 +3,6 @@
 import ast
 import os
 import random
-import shutil
 import signal
 import subprocess
 import sys
@@ -13,22 +12,14 @@ import pytest
 from mimique.workbench.review.context import open_review
 from mimique.workbench.review.drafts.records import DraftKey
 
-from .review_corpus import TAKES, make_review_corpus
+from .review_corpus import TAKES, copy_review_corpus
 
 KEY = DraftKey("ab", TAKES[0])
 
 
-@pytest.fixture(scope="module")
-def made(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("durable") / "corpus"
-    make_review_corpus(folder, takes=TAKES[:1], weights=False, n_frames=1200)
-    return folder
-
-
 @pytest.fixture
-def folder(made, tmp_path):
-    shutil.copytree(made, tmp_path / "corpus")
-    return tmp_path / "corpus"
+def folder(tmp_path):
+    return copy_review_corpus(tmp_path / "corpus", takes=TAKES[:1], weights=False, n_frames=1200)
 
 
 class Worker:

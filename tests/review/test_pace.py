@@ -1,5 +1,6 @@
 """Working time that no clock can make longer, and how fast people go."""
 
+import shutil
 import threading
 
 import numpy as np
@@ -24,15 +25,21 @@ from .page_client import PageClient
 from .review_corpus import make_proposals
 
 
-@pytest.fixture
-def review(tmp_path, rng):
-    made = Corpus.create(tmp_path / "corpus")
+@pytest.fixture(scope="module")
+def template(tmp_path_factory):
+    folder, rng = tmp_path_factory.mktemp("pace") / "corpus", np.random.default_rng(5)
+    made = Corpus.create(folder)
     with made.transaction("Make", author="lead") as edit:
         for name in ("a", "b"):
             edit.put_take(name, make_take(np.zeros((1600, 1, 3)), ["M"], 200.0))
             proposals = make_proposals(1600, rng)
             edit.put_tier(name, "affect", proposals, author="old", provenance={"step": "label"})
-    opened = open_review(tmp_path / "corpus", owner="cr")
+    return folder
+
+
+@pytest.fixture
+def review(template, tmp_path):
+    opened = open_review(shutil.copytree(template, tmp_path / "corpus"), owner="cr")
     yield opened
     opened.close()
 

@@ -1,6 +1,5 @@
 """Publishing: one commit of what the screen showed, merged with what others published, and nothing lost in between."""
 
-import shutil
 import uuid
 
 import numpy as np
@@ -19,23 +18,14 @@ from mimique.workbench.review.drafts import publishing
 from mimique.workbench.review.drafts.publishing import plan_publishing, publish
 from mimique.workbench.review.drafts.records import DraftKey, StaleDraftError
 
-from .review_corpus import MODEL, TAKES, make_review_corpus
+from .review_corpus import MODEL, TAKES, copy_review_corpus
 
 KEY = DraftKey("ab", TAKES[0])
 
 
-@pytest.fixture(scope="module")
-def made(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("publishing") / "corpus"
-    make_review_corpus(folder, weights=False, n_frames=1200)
-    return folder
-
-
 @pytest.fixture
-def folder(made, tmp_path):
-    """A corpus of the test's own: making one takes seconds, copying one does not."""
-    shutil.copytree(made, tmp_path / "corpus")
-    return tmp_path / "corpus"
+def folder(tmp_path):
+    return copy_review_corpus(tmp_path / "corpus", weights=False, n_frames=1200)
 
 
 @pytest.fixture
@@ -115,7 +105,9 @@ def test_publishing_is_one_commit_of_what_was_shown(review, folder):
     assert (plan.tiers[0].key.take, len(plan.tiers[0].changes)) == (TAKES[0], 2)
     words = [publishing.describe_words(change) for tier in plan.tiers for change in tier.changes]
     assert words[0] == f"{first['label']} [{first['onset']}, {first['offset']}) relabelled {first['label']} to J"
-    assert words[1] == f"{second['label']} [{second['onset']}, {second['offset']}) accepted"
+    named = f"J{second['label'].removeprefix(first['label'])}"
+    assert words[1].startswith(f"{second['label']} [{second['onset']}, {second['offset']}) relabelled")
+    assert words[1].endswith(f" to {named}"), "the transition is named after its neighbour, and accepted"
     shown = rows_of(review), rows_of(review, other)
     done = publish_all(review)
     corpus = Corpus.open(folder)
@@ -246,6 +238,53 @@ def test_ended_between_commit_and_mark_the_next_plan_finds_it_published(review, 
     assert same(state.tiers["affect"].rows, stored(folder))
     assert len(Corpus.open(folder).history()) == commits
     again.close()
+
+
+@pytest.mark.parametrize(("choice", "label"), [("ours", "D"), ("theirs", "F")])
+def test_ended_before_the_mark_a_settled_conflict_is_not_asked_about_again(review, folder, monkeypatch, choice, label):
+    relabel(review, 0, "J")
+    publish_all(review)
+    relabel(review, 0, "D")
+    put_theirs(folder, label_row(0, "F"))
+    plan = plan_of(review)
+    (conflict,) = plan.tiers[0].conflicts
+
+    def die(*_):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as context:
+        context.setattr(publishing, "_mark", die)
+        with pytest.raises(KeyboardInterrupt):
+            publish_all(review, choices={conflict: choice}, plan=plan.plan)
+    assert stored(folder)[0]["label"] == label
+    again = open_review(folder, owner="ab")
+    relabel(again, 1, "Su")  # and work went on before anybody looked at the plan
+    (tier,) = plan_of(again).tiers
+    assert not tier.conflicts and [change.after[0]["label"] for change in tier.changes] == ["Su"]
+    publish_all(again)
+    assert [row["label"] for row in stored(folder)[:2]] == [label, "Su"]
+    assert same(rows_of(again), stored(folder)) and not plan_of(again).tiers
+    with again.database.read() as connection:
+        assert connection.execute("SELECT COUNT(*) FROM publications").fetchone()[0] == 0
+    again.close()
+
+
+def test_a_first_edit_elsewhere_while_one_publishes_waits_for_the_next_time(review, folder, monkeypatch):
+    relabel(review, 0, "J")
+    other = DraftKey("ab", TAKES[1])
+    plan, begun = plan_of(review), review.drafts.begun
+
+    def begin_another(**which):
+        keys = begun(**which)
+        if not begun(take=other.take):
+            relabel(review, 0, "Su", other)
+        return keys
+
+    monkeypatch.setattr(review.drafts, "begun", begin_another)
+    done = publish_all(review, plan=plan.plan)
+    assert done.takes == 1
+    (tier,) = plan_of(review).tiers
+    assert tier.key == other
 
 
 def test_a_locked_corpus_is_said_and_the_edits_stay(review, folder):

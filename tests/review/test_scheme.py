@@ -7,12 +7,12 @@ from mimique.errors import InputError, NotFoundError
 from mimique.workbench.review.scheme.messages import SchemeRequest
 from mimique.workbench.review.scheme.scheme import change_scheme, read_scheme
 
-from .review_corpus import MODEL, make_review_corpus
+from .review_corpus import MODEL, copy_review_corpus
 
 
 @pytest.fixture
 def corpus(tmp_path):
-    return make_review_corpus(tmp_path / "corpus", takes=("ab_IE_1",), n_frames=800, weights=False)
+    return Corpus.open(copy_review_corpus(tmp_path / "corpus", takes=("ab_IE_1",), n_frames=800, weights=False))
 
 
 def apply(corpus, **change):

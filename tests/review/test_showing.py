@@ -8,13 +8,15 @@ import xarray as xr
 from mimique.corpus import Corpus
 from mimique.corpus.store.lazy_arrays import StoredArray
 from mimique.corpus.take import make_take
+from mimique.errors import InputError
 from mimique.features import motion_energy
-from mimique.synthesis import read_rig
+from mimique.synthesis import Rig, read_rig
 from mimique.synthesis.avatar import build_avatar
 from mimique.workbench.pipeline.rig_weights import read_rig_weights
 from mimique.workbench.review.showing import rig_model
 from mimique.workbench.review.showing.routes import router
 from mimique.workbench.review.showing.showing import find_showing, warm
+from mimique.workbench.review.showing.shown_weights import open_weights
 
 from .review_corpus import make_review_corpus
 from .showing_app import make_client, make_review
@@ -261,3 +263,19 @@ def test_takes_with_odd_names_are_shown(client):
     name = "odd/.. %é\n😀"
     assert client.get("/api/scene", params={"take": name}).json()["take"] == name
     assert floats(client.get("/api/weights", params={"take": name, "first": 0, "count": 2})).size == 2 * 51
+
+
+def test_weights_that_name_no_rig_move_the_rig_that_has_their_shapes(tmp_path):
+    names = ("browUp", "jawOpen", "smile")
+    neutral, triangles = np.eye(3) * 10, np.array([[0, 1, 2]])
+    corpus = Corpus.create(tmp_path / "corpus")
+    with corpus.transaction("Add") as edit:
+        for rig, shapes in (("a", ("x", "y")), ("b", names[:1]), ("c", names)):
+            edit.put_rig(rig, Rig(neutral, triangles, np.ones((len(shapes), 3, 3)), shapes).to_dataset())
+        edit.put_take("t", make_take(np.empty((40, 0, 3)), [], 60.0, without_markers=True))
+        edit.put_weights("t", np.zeros((40, 3)), shapes=names, solve="tracker")
+        edit.put_take("u", make_take(np.empty((40, 0, 3)), [], 60.0, without_markers=True))
+        edit.put_weights("u", np.zeros((40, 1)), shapes=["nothing alike"], solve="tracker")
+    assert open_weights(corpus, "t").rig == "c"
+    with pytest.raises(InputError, match="none of the rigs a, b, c has their shapes"):
+        open_weights(corpus, "u")

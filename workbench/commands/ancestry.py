@@ -91,8 +91,9 @@ def forget(
 ) -> None:
     """Remove a signer from all history, for good.
 
-    Takes, what was derived and learned from them, and their name; every snapshot gets a new id. Clones, backups and
-    exports elsewhere are not touched.
+    Takes, what was derived and learned from them, and their name; every snapshot gets a new id. What the review page
+    keeps of their takes goes too, edits that are not published included; a review that is running must be ended first.
+    Clones, backups and exports elsewhere are not touched.
     """
     from dataclasses import asdict
 
@@ -101,6 +102,7 @@ def forget(
     from ...corpus.privacy.forgetting import plan_forgetting
     from ...errors import InputError
     from ..progress import ConsoleReporter
+    from ..review.forgetting import reviews_closed
 
     opened = Corpus.open(corpus)
     if not yes:
@@ -115,14 +117,27 @@ def forget(
             raise InputError("forget: nobody answered; nothing was changed; give --yes to do it unasked") from None
         if not agreed:
             raise InputError("forget: not confirmed; nothing was changed")
-    with ConsoleReporter().stage("Making the history again", 1) as finished:
-        done = run(opened, signer, author=author, on_snapshot=lambda total: finished("snapshot", 1 / total))
+    with (
+        reviews_closed(opened.path) as purge_review,
+        ConsoleReporter().stage("Making the history again", 1) as finished,
+    ):
+        done = run(
+            opened,
+            signer,
+            author=author,
+            on_snapshot=lambda total: finished("snapshot", 1 / total),
+            purge_review=purge_review,
+        )
     if as_json:
         print(json.dumps(asdict(done), indent=2, ensure_ascii=False))
         return
     print(f"forgotten: {len(done.takes)} takes, {len(done.models) + len(done.priors)} models and priors")
     if done.unread:
         print(f"not looked into: {', '.join(done.unread)} in the corpus's folder")
+    if purge_review.drafts:
+        print(f"forgotten on the review page: {purge_review.drafts} drafts")
+    if purge_review.namesake:
+        print(f"kept on the review page: the reviewer {purge_review.namesake!r}, and their work on others' takes")
     if done.ambiguous:
         print(f"kept, though they bear the code: {', '.join(done.ambiguous)}")
     print(ELSEWHERE)

@@ -88,9 +88,11 @@ def add_reviewer(
     password_stdin: PasswordFromInput = False,
 ) -> None:
     """Let somebody log in to the review page."""
-    from ..review.people.accounts import check_name
+    from ...corpus import Corpus
+    from ..review.people.accounts import check_free_name, check_name
 
     name = check_name(name)
+    check_free_name(Corpus.open(corpus), name)
     with _open_accounts(corpus) as accounts:
         account = accounts.add(name, _ask_password(name, password_stdin), is_lead=lead)
     print(f"{account.person}: may log in{' and is a lead' if account.is_lead else ''}")

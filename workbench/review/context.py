@@ -19,6 +19,7 @@ from ...corpus.store.location import Location, locate
 from ...corpus.store.locking import describe_error
 from ...errors import CorpusError
 from .database import Database
+from .people.accounts import check_free_name, check_name
 from .people.people import People
 from .people.person import Person
 
@@ -106,6 +107,18 @@ class Review:
             kept: Part = self._parts[name]
             return kept
 
+    def without_places(self, text: str) -> str:
+        """Return a message without where the corpus lies, for people who log in from elsewhere.
+
+        It is nothing to them, and more than a stranger to the computer needs to know of it. Whoever sits at the server
+        is told, since commands need it.
+        """
+        if not self.people.are_named or not isinstance(self.location, Path):
+            return text
+        for place in (self.folder, review_folder(self.location), self.location, self.location.resolve()):
+            text = text.replace(str(place), place.name)
+        return text
+
     def close(self) -> None:
         """Tell the threads in the background to stop, and close the database."""
         self.closing.set()
@@ -120,6 +133,7 @@ def review_folder(location: Location) -> Path:
     """
     location = locate(location)
     if isinstance(location, Path):
+        location = location.resolve()  # by whatever link it is reached, it is one corpus with one server
         return location.parent / f"{location.name}.review"
     data = Path(os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share")
     return data / "mimique" / f"{hashlib.sha256(location.encode()).hexdigest()[:16]}.review"
@@ -153,11 +167,16 @@ def open_review(location: Location | str, *, owner: str | None = None) -> Review
 
     Raises
     ------
+    InputError
+        If the owner has a name that nobody can have, as that of a model.
     CorpusError
         If there is no corpus, a newer mimique wrote it, or its edits cannot be read.
     """
     location = locate(location)
     corpus = Corpus.open(location)
+    if owner is not None:
+        owner = check_name(owner)
+        check_free_name(corpus, owner)
     database = open_database(location)
     people = People(database, owner=None if owner is None else Person(owner, is_lead=True))
     return Review(location, review_folder(location), database, people, _corpus=corpus)

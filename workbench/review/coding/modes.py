@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Literal
 if TYPE_CHECKING:
     from ..context import Review
 
-__all__ = ["Mode", "mode_of", "modes_of"]
+__all__ = ["Mode", "find_hidden", "mode_of", "modes_of"]
 
 Mode = Literal["review", "blind", "none"]
 
@@ -43,6 +43,13 @@ def modes_of(review: Review, person: str) -> dict[str, Mode]:
         for row in connection.execute("SELECT take, person, done FROM coding"):
             takes.setdefault(str(row[0]), {})[str(row[1])] = bool(row[2])
     return {take: _choose(person, coders) for take, coders in takes.items()}
+
+
+def find_hidden(review: Review) -> frozenset[str]:
+    """Return the takes that are still coded blind: nothing of what is said in them may be told, be it in a number."""
+    with review.database.read() as connection:
+        rows = connection.execute("SELECT take FROM coding GROUP BY take HAVING MIN(done) = 0").fetchall()
+    return frozenset(str(row[0]) for row in rows)
 
 
 def _choose(person: str, coders: dict[str, bool]) -> Mode:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import TYPE_CHECKING
 
@@ -87,8 +87,11 @@ class Overview:
     to_settle: tuple[Unsettled, ...]
 
 
-def summarise(review: Review) -> Overview:
+def summarise(review: Review, person: str | None = None) -> Overview:
     """Return how far everybody is.
+
+    To a lead (``person``) who still codes a take blind, how much the others found in it is not told: their work on it
+    counts as none until all are done.
 
     People are those who have an account or have done something on the page. What is to be settled are takes coded by
     several people, when all are done, and takes of which several published the same tier; those without a disagreement
@@ -96,6 +99,9 @@ def summarise(review: Review) -> Overview:
     """
     facts, plan = get_facts(review), read_plan(review)
     work = _collect_work(review, facts, plan)
+    if person is not None:
+        blind = {take for take, mode in modes_of(review, person).items() if mode == "blind"}
+        work = [_hide(one) if one.take in blind and one.person != person else one for one in work]
     readings = list_readings(review)
     takes = tuple(
         TakeSummary(
@@ -148,6 +154,10 @@ def _collect_work(review: Review, facts: CorpusFacts, plan: Plan) -> list[Work]:
             )
         )
     return found
+
+
+def _hide(work: Work) -> Work:
+    return replace(work, segments=0, reviewed=0, reviewed_seconds=0.0, edits=0, unpublished=0)
 
 
 def _summarise_people(review: Review, work: Iterable[Work], plan: Plan) -> list[PersonSummary]:

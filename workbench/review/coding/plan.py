@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from ....corpus.versions.segment_rows import Row, encode_row
 from ....errors import ConflictError, InputError, NotFoundError
 from ...pipeline.segmenting import SEGMENT_TIER
+from ..drafts.records import make_key
 from ..people.accounts import check_name
 from ..queueing.corpus_facts import get_facts
 from .drawing import count_wanted, draw_takes, place_in_line
@@ -71,9 +72,10 @@ def save_plan(
 ) -> Plan:
     """Draw takes by a plan and keep it.
 
-    What somebody has begun to code stays as it is, whatever the plan says now; so does a drawn take that still fits the
-    plan, so that takes which are added later do not reshuffle the others. Takes on which somebody works already, or
-    which one of the coders has published or looked at, are not drawn: they could not code them blind.
+    What somebody has begun to code stays as it is, whatever the plan says now, unless one of its coders has no account
+    any more, who could never finish it: then it is drawn no longer and opens to all. A drawn take that still fits the
+    plan stays too, so that takes which are added later do not reshuffle the others. Takes on which somebody works
+    already, or which one of the coders has published or looked at, are not drawn: they could not code them blind.
 
     Parameters
     ----------
@@ -101,7 +103,14 @@ def save_plan(
     old = read_plan(review)
     takes = {name: one.signer for name, one in get_facts(review).takes.items() if one.refusal is None}
     begun = _find_begun(review)
-    fixed = {one.take: one.coders for one in old.takes if one.done or any((p, one.take) in begun for p in one.coders)}
+    there = _find_people(review)
+    fixed = {
+        one.take: one.coders
+        for one in old.takes
+        # A coder who may not log in any more never says that they are done: the take would stay closed for ever.
+        if one.is_finished or (set(one.coders) <= there if there is not None else True)
+        if one.done or any((coder, one.take) in begun for coder in one.coders)
+    }
     kept = {
         one.take: one.coders
         for one in old.takes
@@ -150,13 +159,29 @@ def say_done(review: Review, person: str, take: str, done: bool) -> DrawnTake:
     ConflictError
         If the readings were told to others already.
     """
+    found = _find_drawn(review, person, take)
+    # None of the coders edits meanwhile: what was saved before the last one is done belongs to the reading.
+    with review.drafts.locked(*(make_key(coder, take) for coder in found.coders)):
+        found = _find_drawn(review, person, take)
+        if found.is_finished:
+            if done:
+                return found
+            raise ConflictError(
+                f"take {take!r}: all its coders were done, and may have seen each other's coding by now"
+            )
+        _keep_done(review, person, found, done)
+        return _find_drawn(review, person, take)
+
+
+def _find_drawn(review: Review, person: str, take: str) -> DrawnTake:
     found = next((one for one in read_plan(review).takes if one.take == take and person in one.coders), None)
     if found is None:
         raise NotFoundError(f"take {take[:100]!r} is not among those that {person} codes blind")
-    if found.is_finished:
-        if done:
-            return found
-        raise ConflictError(f"take {take!r}: all its coders were done, and may have seen each other's coding by now")
+    return found
+
+
+def _keep_done(review: Review, person: str, found: DrawnTake, done: bool) -> None:
+    take = found.take
     readings = {coder: _read_tier(review, coder, take, found.tier) for coder in found.coders}
     with review.database.write() as connection:
         connection.execute("UPDATE coding SET done = ? WHERE take = ? AND person = ?", (done, take, person))
@@ -166,7 +191,6 @@ def say_done(review: Review, person: str, take: str, done: bool) -> DrawnTake:
                 "INSERT OR REPLACE INTO coding_readings (take, person, tier, rows) VALUES (?, ?, ?, ?)",
                 [(take, coder, found.tier, _encode(rows)) for coder, rows in readings.items()],
             )
-    return next(one for one in read_plan(review).takes if one.take == take)
 
 
 def _check_coders(review: Review, coders: Sequence[str]) -> tuple[str, ...]:
@@ -174,15 +198,22 @@ def _check_coders(review: Review, coders: Sequence[str]) -> tuple[str, ...]:
     coders = tuple(check_name(coder) for coder in coders)
     if len(set(coders)) != len(coders):
         raise InputError("coders: expected each person once")
-    if not review.people.are_named:
+    known = _find_people(review)
+    if known is None:
         return coders
-    known = {account.person for account in review.people.accounts.list() if account.is_active}
     unknown = [coder for coder in coders if coder not in known]
     if unknown:
         raise InputError(
             f"coders: there is no account {unknown[0][:100]!r}; there are {', '.join(sorted(known)) or 'none'}"
         )
     return coders
+
+
+def _find_people(review: Review) -> set[str] | None:
+    """Return who may log in, None where nobody does by name."""
+    if not review.people.are_named:
+        return None
+    return {account.person for account in review.people.accounts.list() if account.is_active}
 
 
 def _find_begun(review: Review) -> set[tuple[str, str]]:

@@ -63,7 +63,7 @@ def post_done(request: CodingDone, review: AReview, person: APerson) -> CodingDo
 @router.get("/api/overview", responses=refusals(401, 403, 503))
 def get_overview(review: AReview, lead: ALead) -> Overview:
     """Return how far everybody is."""
-    found = summarise(review)
+    found = summarise(review, lead.name)
     return Overview(
         people=[OverviewPerson(**asdict(one)) for one in found.people],
         takes=[

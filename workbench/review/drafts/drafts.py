@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import secrets
 import sqlite3
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 from ....corpus import Corpus
 from ....corpus.annotations.label_vocabulary import LabelVocabulary
 from ....corpus.versions.segment_rows import Row
-from ....errors import ConflictError, InputError, NotFoundError
+from ....errors import InputError, NotFoundError
 from ..coding.modes import mode_of
+from ..queueing.corpus_facts import get_facts
 from . import storage
+from .answers import find_answer, keep_answer
 from .live_drafts import Live, LiveDrafts
 from .operations import Change, apply_operation, difference
 from .records import (
@@ -32,6 +34,7 @@ from .relabelling import relabel_drafts
 from .replacing import replace_rows
 from .starting import Start
 from .storage import Record
+from .tier_labels import TierLabels, read_tier_labels
 
 __all__ = ["ADJUDICATED", "DraftKey", "DraftState", "Drafts", "EditOutcome", "Live", "TierState", "make_key"]
 
@@ -47,13 +50,15 @@ class Drafts(LiveDrafts):
         The review: its database, and the corpus at its newest snapshot.
     """
 
+    _labels: tuple[str, dict[str, TierLabels]] = ("", {})
+
     def open(self, key: DraftKey) -> DraftState:
         """Return a draft to work on; one that is not edited yet follows the corpus.
 
         Raises
         ------
         ForbiddenDraftError
-            If the take is not this person's, or its coders are not done.
+            If the take is not this person's, its coders are not done, or its signer's consent does not cover it.
         NotFoundError
             If there is neither a draft nor such a take.
         """
@@ -108,7 +113,9 @@ class Drafts(LiveDrafts):
             if kind == "take-over":
                 change = self._take_over(key, tier, str(operation.get("author")), rows, n_frames)
             else:
-                change = apply_operation(rows, operation, n_frames, _make_id_source(rows), status=key.status)
+                labels = self._find_labels(tier)
+                new_id = _make_id_source(rows)
+                change = apply_operation(rows, operation, n_frames, new_id, status=key.status, labels=labels)
             # That nothing holds somewhere is a decision, though no row tells of it.
             settled = kind == "settle"
             return [TierChange(tier, change.removed, change.added)] if change or settled else []
@@ -157,12 +164,25 @@ class Drafts(LiveDrafts):
         mapping: Mapping[str, str],
         *,
         merged: bool = False,
+        keys: Collection[DraftKey] | None = None,
     ) -> int:
         """Relabel tiers in all drafts, as the coding scheme was changed in the corpus; see :mod:`.relabelling`.
 
-        To be called once the corpus has it. Returns how many drafts changed.
+        To be called once the corpus has it, within :meth:`locked` for ``keys`` where these are given: all drafts that
+        were begun before. Returns how many drafts changed.
         """
-        return relabel_drafts(self, set(tiers), vocabulary, mapping, merged=merged)
+        return relabel_drafts(
+            self, set(tiers), vocabulary, mapping, merged=merged, keys=self.begun() if keys is None else keys
+        )
+
+    def _find_labels(self, tier: str) -> TierLabels:
+        """Return what the labels of a tier mean, read once a snapshot."""
+        corpus = self._review.corpus()
+        snapshot, known = self._labels
+        if snapshot != corpus.snapshot:
+            known = read_tier_labels(corpus)
+            self._labels = (corpus.snapshot, known)
+        return known.get(tier) or TierLabels(LabelVocabulary.usual(tier))
 
     def _require_mode(self, key: DraftKey) -> str:
         mode = mode_of(self._review, key.person, key.take)
@@ -170,7 +190,19 @@ class Drafts(LiveDrafts):
             raise ForbiddenDraftError(f"take {key.take!r}: others code it blind; it opens to all when they are done")
         if mode == "blind" and key.purpose == "adjudication":
             raise ForbiddenDraftError(f"take {key.take!r}: its coders are not all done; settle it afterwards")
+        fact = get_facts(self._review).takes.get(key.take)
+        if fact is not None and fact.refusal is not None:
+            raise ForbiddenDraftError(f"take {key.take!r} is not shown: {fact.refusal}; edits of it are kept")
         return mode
+
+    def _require_same_mode(self, key: DraftKey, mode: str) -> None:
+        """Refuse what was begun before the take was drawn, or opened to all; within the write that it belongs to.
+
+        A plan of double coding is kept by a write too, so that an edit is either there when takes are drawn, or comes
+        too late for one that was.
+        """
+        if mode_of(self._review, key.person, key.take) != mode:
+            raise StaleDraftError(f"take {key.take!r}: who codes it has just changed; load it again")
 
     def _catch_up(self, live: Live, corpus: Corpus, mode: str) -> Live:
         """Take over what the corpus has by now, where that takes nothing from the person."""
@@ -231,7 +263,7 @@ class Drafts(LiveDrafts):
     ) -> EditOutcome:
         mode = self._require_mode(key)
         with self.locked(key):
-            known = self._find_answer(key, request)
+            known = find_answer(self.database, key, request)
             if known is not None:
                 return known
             corpus = self._review.corpus()
@@ -256,6 +288,7 @@ class Drafts(LiveDrafts):
             if not changes:
                 return _outcome(live, (), version=version)
             with self.database.write() as connection:
+                self._require_same_mode(key, mode)
                 if start is not None:
                     if record is None:
                         record = _begin(connection, key, None, start)
@@ -265,15 +298,15 @@ class Drafts(LiveDrafts):
                     raise StaleDraftError(f"take {key.take!r}: load it again")
                 live = self.append(connection, live, kind, operation, changes)
                 outcome = _outcome(live, changes)
-                _insert_request(connection, live, request, "edit", live.edits[-1][1], outcome)
+                keep_answer(connection, live.record.draft, request, "edit", live.edits[-1][1], outcome)
             self.keep(live)
             return outcome
 
     def _step(self, key: DraftKey, step: int, *, request: str, version: int) -> EditOutcome:
-        self._require_mode(key)
+        mode = self._require_mode(key)
         word = "undo" if step < 0 else "redo"
         with self.locked(key):
-            known = self._find_answer(key, request)
+            known = find_answer(self.database, key, request)
             if known is not None:
                 return known
             live = self.live(key)
@@ -283,6 +316,7 @@ class Drafts(LiveDrafts):
             self._require_take(live.record, self._review.corpus())
             _, edit, _ = live.edits[live.record.head - 1 if step < 0 else live.record.head]
             with self.database.write() as connection:
+                self._require_same_mode(key, mode)
                 changes = storage.read_changes(connection, edit)
                 if step < 0:
                     changes = tuple(change.reversed() for change in changes)
@@ -293,27 +327,9 @@ class Drafts(LiveDrafts):
                 )
                 storage.update_draft(connection, live.record)
                 outcome = _outcome(live, changes)
-                _insert_request(connection, live, request, word, edit, outcome)
+                keep_answer(connection, live.record.draft, request, word, edit, outcome)
             self.keep(live)
             return outcome
-
-    def _find_answer(self, key: DraftKey, request: str) -> EditOutcome | None:
-        """Return what a request was answered with, None where it is new."""
-        if not isinstance(request, str) or not 1 <= len(request) <= 100 or not request.isascii():
-            raise InputError("request: expected a UUID, so that an edit that is sent twice counts once")
-        with self.database.read() as connection:
-            row = connection.execute(
-                "SELECT requests.*, person, take, purpose FROM requests JOIN drafts USING (draft) WHERE request = ?",
-                (request,),
-            ).fetchone()
-            if row is None:
-                return None
-            if (row["person"], row["take"], row["purpose"]) != (key.person, key.take, key.purpose):
-                raise ConflictError("request: another draft's edit has this UUID; give each edit its own")
-            changes = storage.read_changes(connection, row["edit"])
-        if row["step"] == "undo":
-            changes = tuple(change.reversed() for change in changes)
-        return EditOutcome(row["version"], row["undo"], row["redo"], row["unpublished"], changes)
 
     def _require_current(self, version: int, seen: int) -> None:
         if version != seen:
@@ -363,16 +379,6 @@ def _outcome(live: Live | None, changes: Sequence[TierChange], *, version: int =
     if live is None:
         return EditOutcome(version, None, None, 0, ())
     return EditOutcome(live.record.version, live.undo, live.redo, live.record.unpublished, tuple(changes))
-
-
-def _insert_request(
-    connection: sqlite3.Connection, live: Live, request: str, step: str, edit: int, outcome: EditOutcome
-) -> None:
-    connection.execute(
-        "INSERT INTO requests (request, draft, step, edit, version, undo, redo, unpublished) "
-        "VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
-        (request, live.record.draft, step, edit, outcome.version, outcome.undo, outcome.redo, outcome.unpublished),
-    )
 
 
 def _make_id_source(rows: Sequence[Row]) -> Callable[[], int]:

@@ -6,16 +6,17 @@ import json
 import sqlite3
 import threading
 from collections import OrderedDict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+from weakref import WeakValueDictionary
 
 from ....corpus import Corpus
-from ..coding.modes import mode_of, modes_of
+from ..coding.modes import mode_of
 from ..database import Database
 from . import storage
-from .records import Counts, DraftKey, Look, TierChange, TierState, make_key
+from .records import DraftKey, Look, TierChange, TierState, make_key
 from .starting import Starts
 from .storage import Record
 
@@ -62,7 +63,8 @@ class LiveDrafts:
         self._review = review
         self.starts = Starts(review)
         self._kept: OrderedDict[DraftKey, Live] = OrderedDict()
-        self._locks: dict[DraftKey, threading.RLock] = {}
+        # Gone when nobody holds them: whoever asks for takes that never were must not fill the memory.
+        self._locks: WeakValueDictionary[DraftKey, threading.RLock] = WeakValueDictionary()
         self._lock = threading.Lock()
 
     def look(self, person: str, take: str, purpose: str = "own") -> Look:
@@ -76,16 +78,11 @@ class LiveDrafts:
         key = make_key(person, take, purpose)
         return self._look(key, self._review.corpus(), mode_of(self._review, person, take))
 
-    def count(self, person: str, takes: Iterable[str]) -> dict[str, Counts]:
-        """Return how far a person's own drafts are, by take; of takes that are not the person's, nothing."""
-        corpus, modes = self._review.corpus(), modes_of(self._review, person)
-        counts = {}
-        for take in takes:
-            look = self._look(make_key(person, take), corpus, modes.get(take, "review"))
-            statuses = [row["status"] for rows in look.tiers.values() for row in rows]
-            proposed = statuses.count("proposed")
-            counts[take] = Counts(proposed, len(statuses) - proposed, look.unpublished, look.begun)
-        return counts
+    def unpublished(self, person: str) -> dict[str, int]:
+        """Return how many edits, and undone ones, of a person's own drafts are not published, by take."""
+        with self.database.read() as connection:
+            records = storage.read_records(connection, person=person, purpose="own")
+        return {record.key.take: record.unpublished for record in records}
 
     def begun(self, *, person: str | None = None, take: str | None = None) -> list[DraftKey]:
         """Return the drafts in which something was edited, in order of take and person."""
@@ -117,7 +114,9 @@ class LiveDrafts:
         with ExitStack() as stack:
             for key in sorted(set(keys), key=lambda key: (key.person, key.take, key.purpose)):
                 with self._lock:
-                    lock = self._locks.setdefault(key, threading.RLock())
+                    lock = self._locks.get(key)
+                    if lock is None:
+                        lock = self._locks[key] = threading.RLock()
                 stack.enter_context(lock)
             yield
 

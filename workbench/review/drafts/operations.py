@@ -3,7 +3,8 @@
 Rows are those of :mod:`mimique.corpus.versions.segment_rows`, side by side. A segment keeps its id through every edit;
 ``parents`` names the ids (comma separated) that a part of a split or the outcome of a merge comes from. What somebody
 edits is reviewed by that, and its origin human; a confidence stays as long as the label does. A neighbour that merely
-gives way stays proposed, if it was. The revision rises wherever a row changed.
+gives way stays proposed, if it was, and so does a transition that is renamed with its neighbour (:mod:`.tier_labels`).
+The revision rises wherever a row changed.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from typing import Any
 from ....corpus.annotations.vocabulary import Transition, parse_label
 from ....corpus.versions.segment_rows import Row, format_segment, key_of_row, sort_rows
 from ....errors import InputError
+from .tier_labels import TierLabels
 
 __all__ = ["LONGEST_LABEL", "Change", "apply_operation", "check_label", "difference"]
 
@@ -46,6 +48,7 @@ class _Tier:
     n_frames: int
     new_id: Callable[[], int]
     status: str
+    labels: TierLabels
 
     def find(self, name: int) -> Row:
         for row in self.rows:
@@ -61,6 +64,7 @@ def apply_operation(
     new_id: Callable[[], int],
     *,
     status: str = "reviewed",
+    labels: TierLabels | None = None,
 ) -> Change:
     """Return what an operation does to a tier.
 
@@ -77,6 +81,8 @@ def apply_operation(
         Gives an id that no segment has.
     status
         What an edited segment becomes: reviewed or adjudicated.
+    labels
+        What the tier's labels mean; free ones if left out.
 
     Returns
     -------
@@ -91,9 +97,10 @@ def apply_operation(
     kind = str(operation.get("kind"))
     if kind not in _OPERATIONS:
         raise InputError(f"operation: expected one of {', '.join(_OPERATIONS)}, but got {kind!r}")
-    tier = _Tier(tuple(sort_rows(rows)), n_frames, new_id, status)
+    tier = _Tier(tuple(sort_rows(rows)), n_frames, new_id, status, labels or TierLabels())
     try:
-        return difference(tier.rows, _OPERATIONS[kind](tier, operation))
+        after = sort_rows(_OPERATIONS[kind](tier, operation))
+        return difference(tier.rows, _rename_transitions(tier, after) if kind in _RELABELLING else after)
     except KeyError as error:
         raise InputError(f"operation {kind}: expected {error.args[0]!r}, but it is missing") from error
 
@@ -134,11 +141,37 @@ def _accept(tier: _Tier, operation: Mapping[str, Any]) -> list[Row]:
 
 
 def _relabel(tier: _Tier, operation: Mapping[str, Any]) -> list[Row]:
-    label = check_label(operation["label"])
+    label = tier.labels.spell(check_label(operation["label"]), tier.rows)
     chosen = _choose(tier, operation["segments"])
-    same = [_touch(row, status=tier.status) for row in chosen if row["label"] == label and row["status"] == "proposed"]
-    other = [_edit(tier, row, label=label) for row in chosen if row["label"] != label]
-    return _replace(tier.rows, [*same, *other])
+    wanted = tier.labels.canonical(label)
+    same = [row for row in chosen if tier.labels.canonical(row["label"]) == wanted]
+    accepted = [_touch(row, status=tier.status) for row in same if row["status"] == "proposed"]
+    others = {row["id"] for row in chosen} - {row["id"] for row in same}
+    changed = [_edit(tier, row, label=label) for row in chosen if row["id"] in others]
+    return _replace(tier.rows, [*accepted, *changed])
+
+
+def _rename_transitions(tier: _Tier, after: Sequence[Row]) -> list[Row]:
+    """Return the rows with transitions named after the neighbours that an edit gave them."""
+    renamed = tier.labels.follow(tier.rows, after)
+    before = {row["id"]: row for row in tier.rows}
+    rows = list(after)
+    for row in after:
+        if row["id"] not in renamed:
+            continue
+        label = renamed[row["id"]]
+        place = [one["id"] for one in rows].index(row["id"])
+        if label is not None:
+            told = {**_without(row, "confidence", *_MEANINGS), **_meaning(tier.rows, label), "label": label}
+            rows[place] = _touch(told, origin="human")
+            continue
+        del rows[place]
+        # The neighbour that the edit made so takes its time.
+        beside = [at for at in (place - 1, place) if 0 <= at < len(rows) and _touches(rows[at], row)]
+        grown = next((at for at in beside if rows[at] != before.get(rows[at]["id"])), beside[0])
+        edges = {"onset": min(rows[grown]["onset"], row["onset"]), "offset": max(rows[grown]["offset"], row["offset"])}
+        rows[grown] = {**rows[grown], **edges, "parents": f"{rows[grown]['id']},{row['id']}"}
+    return rows
 
 
 def _move(tier: _Tier, operation: Mapping[str, Any]) -> list[Row]:
@@ -206,7 +239,7 @@ def _merge(tier: _Tier, operation: Mapping[str, Any]) -> list[Row]:
         other = next(row for row in within if row["id"] not in names)
         raise InputError(f"merge: expected neighbours, but {format_segment(other)} lies between them")
     named = operation.get("label")
-    label = first["label"] if named is None else check_label(named)
+    label = first["label"] if named is None else tier.labels.spell(check_label(named), tier.rows)
     merged = _edit(tier, first, offset=last["offset"], label=label)
     if any(row["label"] != label for row in chosen):
         merged = _without(merged, "confidence")  # it said how sure the label of a part was
@@ -216,7 +249,8 @@ def _merge(tier: _Tier, operation: Mapping[str, Any]) -> list[Row]:
 
 
 def _add(tier: _Tier, operation: Mapping[str, Any]) -> list[Row]:
-    onset, offset, label = operation["onset"], operation["offset"], check_label(operation["label"])
+    onset, offset = operation["onset"], operation["offset"]
+    label = tier.labels.spell(check_label(operation["label"]), tier.rows)
     _check_span(tier, onset, offset)
     same = [row for row in tier.rows if (row["onset"], row["offset"]) == (onset, offset)]
     if same:
@@ -234,7 +268,7 @@ def _settle(tier: _Tier, operation: Mapping[str, Any]) -> list[Row]:
     _check_span(tier, onset, offset)
     if label is None:
         return _clear(tier, onset, offset)
-    label = check_label(label)
+    label = tier.labels.spell(check_label(label), tier.rows)
     rows = _clear(tier, onset, offset)
     # What both readers said beside it goes on here: one segment, not pieces of it.
     before = [row for row in rows if row["offset"] == onset and _continues(row, label)]
@@ -251,6 +285,8 @@ def _settle(tier: _Tier, operation: Mapping[str, Any]) -> list[Row]:
     gone = {row["id"] for row in joined}
     return [*(row for row in rows if row["id"] not in gone), settled]
 
+
+_RELABELLING = ("relabel", "merge", "add")
 
 _OPERATIONS: dict[str, Callable[[_Tier, Mapping[str, Any]], list[Row]]] = {
     "accept": _accept,
@@ -319,6 +355,10 @@ def _meaning(rows: Sequence[Row], label: str) -> dict[str, str]:
         return {}  # better nothing than the meaning of another label
     pair = meaning if isinstance(meaning, Transition) else (meaning, meaning)
     return dict(zip(_MEANINGS, pair, strict=True))
+
+
+def _touches(row: Row, other: Row) -> bool:
+    return bool(row["offset"] == other["onset"] or other["offset"] == row["onset"])
 
 
 def _continues(row: Row, label: str) -> bool:

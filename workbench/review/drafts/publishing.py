@@ -1,15 +1,17 @@
 """Drafts become one commit of the corpus: shown first, merged with what others published, then put.
 
-Nothing is lost where a process ends in the middle. The commit is whole or not there; where it is there, but the drafts
-do not know it yet, the next plan finds the corpus as the drafts are and marks them as published.
+Nothing is lost where a process ends in the middle. The commit is whole or not there. What is about to be committed is
+written down before; where it is there, but the drafts do not know it yet, the next plan finds the corpus as it was to
+become, takes over what conflicts were settled with, and asks about nothing a second time.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from ....corpus import Corpus
@@ -59,12 +61,12 @@ class TierPlan:
     before: tuple[Row, ...]
     merge: TierMerge | None
 
-    @property
+    @cached_property
     def conflicts(self) -> dict[str, SegmentConflict]:
         """Conflicts by a key that no other tier's conflict has."""
         return {_hash([*_name(self), one.key])[:16]: one for one in (self.merge.conflicts if self.merge else ())}
 
-    @property
+    @cached_property
     def changes(self) -> tuple[SegmentChange, ...]:
         """What publishing changes, besides the conflicts."""
         return self._compare(self.settle(dict.fromkeys(self.conflicts, "theirs")))
@@ -78,7 +80,7 @@ class TierPlan:
 
     def count_changes(self, choices: Mapping[str, str]) -> int:
         """Return how many changes are published."""
-        return len(self._compare(self.settle(choices)))
+        return len(self._compare(self.settle(choices)) if self.conflicts else self.changes)
 
     def _compare(self, after: tuple[Columns, tuple[Row, ...]]) -> tuple[SegmentChange, ...]:
         columns = self.theirs.columns if self.theirs is not None else self.state.columns
@@ -121,8 +123,9 @@ def plan_publishing(drafts: Drafts, person: str, *, is_lead: bool, corpus: Corpu
 
     Drafts that the corpus is already like are marked as published.
     """
-    with drafts.locked(*drafts.begun(person=person)):
-        return _plan(drafts, person, is_lead, corpus)[0]
+    keys = drafts.begun(person=person)
+    with drafts.locked(*keys):
+        return _plan(drafts, person, keys, is_lead, corpus)[0]
 
 
 def publish(
@@ -161,8 +164,9 @@ def publish(
     CorpusError
         If the corpus is locked or cannot be written; the edits stay.
     """
-    with drafts.locked(*drafts.begun(person=person)):
-        now, lives = _plan(drafts, person, is_lead, corpus)
+    keys = drafts.begun(person=person)
+    with drafts.locked(*keys):
+        now, lives = _plan(drafts, person, keys, is_lead, corpus)
         if now.plan != plan:
             raise StaleDraftError("publishing would do something else by now; look at the changes again")
         choices = _check_choices(now, choices)
@@ -174,6 +178,7 @@ def publish(
             message.strip() or f"Review {len(takes)} takes" if len(takes) != 1 else message.strip() or "Review a take"
         )
         parameters = {"takes": sorted(takes), "choices": dict(choices)}
+        _note(drafts, now, lives, choices)
         with corpus.transaction(text, command="review", parameters=parameters, author=person) as edit:
             for tier in now.tiers:
                 table = make_table(*tier.settle(choices))
@@ -221,13 +226,17 @@ def find_commit(corpus: Corpus, key: DraftKey, tier: str) -> tuple[str, str]:
     return "", ""
 
 
-def _plan(drafts: Drafts, person: str, is_lead: bool, corpus: Corpus) -> tuple[Plan, dict[DraftKey, Live]]:
+def _plan(
+    drafts: Drafts, person: str, keys: Collection[DraftKey], is_lead: bool, corpus: Corpus
+) -> tuple[Plan, dict[DraftKey, Live]]:
+    """Return the plan of the drafts of ``keys``, which are locked, and these; those begun since are left out."""
     with drafts.database.read() as connection:
         records = [
             record
             for record in storage.read_records(connection, person=person)
-            if record.unpublished and (is_lead or record.key.purpose == "own")
+            if record.unpublished and record.key in keys and (is_lead or record.key.purpose == "own")
         ]
+        under_way = {record.key: storage.read_publications(connection, record.draft) for record in records}
         starts = {record.key: storage.read_starts(connection, record.draft) for record in records}
     tiers: list[TierPlan] = []
     held_back: list[tuple[str, str]] = []
@@ -242,7 +251,7 @@ def _plan(drafts: Drafts, person: str, is_lead: bool, corpus: Corpus) -> tuple[P
             held_back.append((record.key.take, gone))
             continue
         lives[record.key] = live
-        found = list(_plan_draft(drafts, live, starts[record.key], corpus))
+        found = list(_plan_draft(drafts, live, starts[record.key], under_way[record.key], corpus))
         changing = [tier for tier in found if tier.conflicts or tier.changes]
         tiers += changing
         if not changing:
@@ -255,7 +264,13 @@ def _plan(drafts: Drafts, person: str, is_lead: bool, corpus: Corpus) -> tuple[P
     return Plan(_hash([person, said, held_back]), corpus.snapshot, tuple(tiers), tuple(held_back)), lives
 
 
-def _plan_draft(drafts: Drafts, live: Live, starts: Mapping[str, TierState], corpus: Corpus) -> Iterable[TierPlan]:
+def _plan_draft(
+    drafts: Drafts,
+    live: Live,
+    starts: Mapping[str, TierState],
+    under_way: Mapping[str, tuple[Columns, tuple[Row, ...], str]],
+    corpus: Corpus,
+) -> Iterable[TierPlan]:
     key = live.record.key
     own = drafts.starts.find_own(corpus, key)
     for name, state in live.tiers.items():
@@ -267,9 +282,21 @@ def _plan_draft(drafts: Drafts, live: Live, starts: Mapping[str, TierState], cor
             # Deleted meanwhile: what the person has of it is put again.
             yield TierPlan(key, state, None, start if state.known is None else (), None)
         elif not _same(state.rows, theirs.rows):
-            base = None if state.known is None else make_table(*state.known)
+            known = state.known
+            if name in under_way and under_way[name][2] == _digest(theirs.rows):
+                # That commit was made and the process ended. What the corpus has else was chosen by the person then.
+                known = under_way[name][:2]
+            base = None if known is None else make_table(*known)
             merge = merge_tables(base, make_table(state.columns, state.rows), make_table(theirs.columns, theirs.rows))
             yield TierPlan(key, state, theirs, theirs.rows, merge)
+
+
+def _note(drafts: Drafts, plan: Plan, lives: Mapping[DraftKey, Live], choices: Mapping[str, str]) -> None:
+    """Write down what is about to be committed."""
+    with drafts.database.write() as connection:
+        for tier in plan.tiers:
+            draft = lives[tier.key].record.draft
+            storage.write_publication(connection, draft, tier.state, _digest(tier.settle(choices)[1]))
 
 
 def _mark(drafts: Drafts, lives: Iterable[Live], corpus: Corpus) -> None:
@@ -295,6 +322,7 @@ def _mark(drafts: Drafts, lives: Iterable[Live], corpus: Corpus) -> None:
                 live = drafts.append(connection, live, "merge-in", {"kind": "merge-in"}, changes)
             live = replace(live, record=live.record.as_published(corpus.snapshot))
             storage.update_draft(connection, live.record)
+            storage.drop_publications(connection, live.record.draft)
             kept.append(live)
     for live in kept:
         drafts.keep(live)
@@ -316,6 +344,10 @@ def _check_choices(plan: Plan, choices: Mapping[str, str]) -> dict[str, str]:
 
 def _same(first: Iterable[Row], second: Iterable[Row]) -> bool:
     return sorted(map(key_of_row, first)) == sorted(map(key_of_row, second))
+
+
+def _digest(rows: Iterable[Row]) -> str:
+    return _hash(sorted(map(key_of_row, rows)))
 
 
 def _name(tier: TierPlan) -> list[str]:

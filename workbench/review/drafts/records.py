@@ -11,7 +11,6 @@ from ....errors import ConflictError, InputError, MimiqueError
 
 __all__ = [
     "ADJUDICATED",
-    "Counts",
     "DraftKey",
     "DraftState",
     "EditOutcome",
@@ -150,16 +149,6 @@ class Look:
     unpublished: int
     begun: bool
     edits: int
-
-
-@dataclass(frozen=True)
-class Counts:
-    """How many segments of a draft are proposed and how many reviewed (or adjudicated), and edits to publish."""
-
-    proposed: int
-    reviewed: int
-    unpublished: int
-    begun: bool
 
 
 @dataclass(frozen=True)

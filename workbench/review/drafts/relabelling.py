@@ -6,7 +6,7 @@ What the corpus has of a draft is relabelled just as the corpus was, so that not
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,7 @@ from ....corpus.annotations.label_vocabulary import LabelVocabulary
 from ....corpus.annotations.vocabulary_change import change_labels
 from ....corpus.versions.segment_rows import Columns, Row, key_of_row, split_table
 from . import storage
-from .records import TierChange
+from .records import DraftKey, TierChange
 from .segment_table import make_table
 
 if TYPE_CHECKING:
@@ -30,6 +30,7 @@ def relabel_drafts(
     mapping: Mapping[str, str],
     *,
     merged: bool = False,
+    keys: Collection[DraftKey],
 ) -> int:
     """Relabel tiers of all edited drafts, with their history, and return how many changed.
 
@@ -42,10 +43,11 @@ def relabel_drafts(
     vocabulary, mapping, merged
         As for :func:`mimique.corpus.annotations.vocabulary_change.change_labels`: the vocabulary as it was, old label
         to new label, whether the old labels become another one's meaning.
+    keys
+        The drafts; those that begin later start from the corpus as it is by then.
     """
     if not mapping:
         return 0
-    keys = drafts.begun()
     n_changed = 0
     with drafts.locked(*keys):
         try:

@@ -16,12 +16,14 @@ __all__ = [
     "Record",
     "apply_changes",
     "cut_redo",
+    "drop_publications",
     "insert_draft",
     "insert_edit",
     "pack_tier",
     "read_changes",
     "read_edits",
     "read_history",
+    "read_publications",
     "read_record",
     "read_records",
     "read_starts",
@@ -29,6 +31,7 @@ __all__ = [
     "rewrite_edit",
     "update_draft",
     "write_known",
+    "write_publication",
     "write_tiers",
 ]
 
@@ -204,6 +207,32 @@ def write_known(connection: sqlite3.Connection, draft: int, tier: TierState) -> 
         "UPDATE draft_tiers SET known = ?, columns = ? WHERE draft = ? AND tier = ?",
         (known, columns, draft, tier.tier),
     )
+
+
+def write_publication(connection: sqlite3.Connection, draft: int, tier: TierState, outcome: str) -> None:
+    """Keep what a draft's tier is while it is published, and what tells the outcome."""
+    columns, rows, _ = pack_tier(tier)
+    connection.execute(
+        "INSERT OR REPLACE INTO publications (draft, tier, columns, rows, outcome) VALUES (?, ?, ?, ?, ?)",
+        (draft, tier.tier, columns, rows, outcome),
+    )
+
+
+def read_publications(connection: sqlite3.Connection, draft: int) -> dict[str, tuple[Columns, tuple[Row, ...], str]]:
+    """Return columns, rows and outcome of the tiers whose publication the draft does not know to have ended."""
+    return {
+        str(row["tier"]): (
+            _unpack_columns(json.loads(row["columns"])),
+            _unpack_rows(json.loads(row["rows"])),
+            row["outcome"],
+        )
+        for row in connection.execute("SELECT * FROM publications WHERE draft = ?", (draft,))
+    }
+
+
+def drop_publications(connection: sqlite3.Connection, draft: int) -> None:
+    """Forget what was being published: it ended."""
+    connection.execute("DELETE FROM publications WHERE draft = ?", (draft,))
 
 
 def insert_edit(

@@ -51,6 +51,16 @@ CREATE TABLE IF NOT EXISTS edits (
 );
 CREATE UNIQUE INDEX IF NOT EXISTS edits_in_order ON edits (draft, number) WHERE cut = 0;
 
+-- What was about to be committed: the draft's rows then, and what the tier became of them. Gone once the draft knows.
+CREATE TABLE IF NOT EXISTS publications (
+    draft INTEGER NOT NULL REFERENCES drafts (draft),
+    tier TEXT NOT NULL,
+    columns TEXT NOT NULL,
+    rows TEXT NOT NULL,
+    outcome TEXT NOT NULL,
+    PRIMARY KEY (draft, tier)
+);
+
 CREATE TABLE IF NOT EXISTS requests (
     request TEXT PRIMARY KEY,
     draft INTEGER NOT NULL REFERENCES drafts (draft),

@@ -5,15 +5,19 @@ from __future__ import annotations
 import unicodedata
 from dataclasses import dataclass
 
+from ....corpus.store.view import CorpusView
 from ....errors import ConflictError, InputError, NotFoundError
 from ..database import Database
 from .passwords import hash_password, is_outdated, verify_password
 from .person import Person
 
-__all__ = ["ADJUDICATED", "Account", "Accounts", "check_name"]
+__all__ = ["ADJUDICATED", "Account", "Accounts", "check_free_name", "check_name", "fold_name"]
 
 ADJUDICATED = "adjudicated"
 """The author of settled tiers; nobody is called that."""
+
+PROGRAM = "mimique"
+"""Nor that."""
 
 _LONGEST = 100
 
@@ -105,7 +109,7 @@ class Accounts:
 
     def check_password(self, person: str, password: str) -> Person | None:
         """Return who that is, None where name or password are wrong."""
-        name = unicodedata.normalize("NFC", person).strip()
+        name = fold_name(person)
         with self._database.read() as connection:
             row = connection.execute(
                 "SELECT password, is_lead FROM accounts WHERE person = ? AND is_active = 1", (name,)
@@ -126,7 +130,7 @@ class Accounts:
         NotFoundError
             If there is none, or it was removed.
         """
-        name = unicodedata.normalize("NFC", person).strip()
+        name = fold_name(person)
         found = next((one for one in self.list() if one.person == name and one.is_active), None)
         if found is None:
             names = ", ".join(one.person for one in self.list() if one.is_active) or "none"
@@ -137,6 +141,23 @@ class Accounts:
         others = [one for one in self.list() if one.is_active and one.person != leaving.person]
         if leaving.is_lead and others and not any(one.is_lead for one in others):
             raise ConflictError(f"{leaving.person} is the only lead; make somebody else a lead first")
+
+
+def fold_name(person: str) -> str:
+    """Return a name as it is looked up: in composed form (NFC), without blanks around it, no longer than any is."""
+    return unicodedata.normalize("NFC", person[: 10 * _LONGEST]).strip()[: _LONGEST + 1]
+
+
+def check_free_name(corpus: CorpusView, person: str) -> None:
+    """Refuse a name that an author of the corpus has who is nobody: what the two publish would be one tier.
+
+    Raises
+    ------
+    InputError
+        If a model of the corpus is called so, be it in other capitals.
+    """
+    if person.casefold() in {str(model).casefold() for model in corpus.models()}:
+        raise InputError(f"name: {person!r} is a model of the corpus, the author of what it labels; choose another")
 
 
 def check_name(person: str) -> str:
@@ -152,6 +173,7 @@ def check_name(person: str) -> str:
         raise InputError(f"name: expected 1 to {_LONGEST} characters, but got {len(name)}")
     if odd := next((one for one in name if unicodedata.category(one)[0] == "C"), None):
         raise InputError(f"name: {name!r} holds {odd!r}, which cannot be seen; leave it out")
-    if name.casefold() == ADJUDICATED:
-        raise InputError(f"name: {name!r} is the author of settled tiers; choose another")
+    if name.casefold() in (ADJUDICATED, PROGRAM):
+        whose = "settled tiers" if name.casefold() == ADJUDICATED else "what the program makes itself"
+        raise InputError(f"name: {name!r} is the author of {whose}; choose another")
     return name

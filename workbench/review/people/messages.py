@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict
 
-__all__ = ["AccountRequest", "AccountRow", "NameLogin", "SessionMessage", "TokenLogin"]
+__all__ = ["AccountRequest", "AccountRow", "NameLogin", "PasswordRequest", "SessionMessage", "TokenLogin"]
 
 
 class TokenLogin(BaseModel):
@@ -26,6 +26,15 @@ class NameLogin(BaseModel):
     password: str
 
 
+class PasswordRequest(BaseModel):
+    """Another password for oneself."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    old: str
+    new: str
+
+
 class SessionMessage(BaseModel):
     """Who is logged in, and what the page needs to begin."""
 
@@ -34,6 +43,7 @@ class SessionMessage(BaseModel):
     named: bool
     csrf: str
     corpus: str
+    snapshot: str
     place: str
     version: str
     settings: dict[str, Any]

@@ -10,7 +10,7 @@ from argon2.exceptions import InvalidHashError, VerificationError
 
 from ....errors import InputError
 
-__all__ = ["SHORTEST", "hash_password", "is_outdated", "verify_password"]
+__all__ = ["SHORTEST", "check_password_form", "hash_password", "is_outdated", "verify_password"]
 
 SHORTEST = 10
 """Characters that a password has at least."""
@@ -30,10 +30,15 @@ def hash_password(password: str) -> str:
     InputError
         If it is shorter than :data:`SHORTEST` characters, or longer than 1024.
     """
-    if not SHORTEST <= len(password) <= _LONGEST:
-        raise InputError(f"password: expected {SHORTEST} to {_LONGEST} characters, but got {len(password)}")
+    check_password_form(password)
     with _at_once:
         return _hasher.hash(_encode(password))
+
+
+def check_password_form(password: str) -> None:
+    """Refuse what cannot be a password; raises as :func:`hash_password`."""
+    if not SHORTEST <= len(password) <= _LONGEST:
+        raise InputError(f"password: expected {SHORTEST} to {_LONGEST} characters, but got {len(password)}")
 
 
 def verify_password(kept: str | None, password: str) -> bool:

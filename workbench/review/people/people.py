@@ -8,11 +8,12 @@ import math
 import secrets
 from typing import Any
 
-from ....errors import InputError
+from ....errors import ConflictError, InputError
 from ..database import Database
 from ..server.errors import Refusal
-from .accounts import Accounts
+from .accounts import Accounts, fold_name
 from .login_limits import LoginLimits
+from .passwords import check_password_form
 from .person import Person
 from .sessions import Session, Sessions
 
@@ -74,6 +75,7 @@ class People:
         """
         if not self.are_named:
             raise Refusal(401, "no-session", "nobody logs in by name here; open the address that mimique printed")
+        person = fold_name(person)  # else a blank more would be another person with as many tries
         if (wait := math.ceil(self._limits.begin(person, address))) > 0:
             raise Refusal(
                 429, "too-many", f"too many wrong passwords; try again in {wait} s", {"Retry-After": str(wait)}
@@ -83,6 +85,25 @@ class People:
             raise Refusal(401, "no-session", "name or password are wrong; a lead can give you another password")
         self._limits.succeed(person, address)
         return self._sessions.begin(found.name)
+
+    def change_own_password(self, person: str, old: str, new: str, address: str) -> str:
+        """Give a person another password, end all their sessions, and return the secret of a new one.
+
+        Raises
+        ------
+        ConflictError
+            If nobody logs in by name.
+        InputError
+            If the new password cannot be one.
+        Refusal
+            As :meth:`log_in_by_name`, whoever sits down at a page that somebody left open.
+        """
+        if not self.are_named:
+            raise ConflictError("nobody logs in by name here, so there is no password")
+        check_password_form(new)
+        self.log_out(self.log_in_by_name(person, old, address))
+        self.accounts.change(person, password=new)
+        return self._sessions.begin(person)
 
     def find_session(self, secret: str) -> Session | None:
         """Return the session that a cookie means, None where there is none."""

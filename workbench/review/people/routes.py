@@ -11,8 +11,8 @@ from ....errors import ConflictError, InputError
 from ..context import Review
 from ..server.dependencies import get_lead, get_person, get_review
 from ..server.errors import Refusal, refusals
-from .accounts import Account, check_name
-from .messages import AccountRequest, AccountRow, NameLogin, SessionMessage, TokenLogin
+from .accounts import Account, check_free_name, check_name
+from .messages import AccountRequest, AccountRow, NameLogin, PasswordRequest, SessionMessage, TokenLogin
 from .person import Person
 from .sessions import LIFETIME
 
@@ -29,16 +29,8 @@ def log_in(request: Request, response: Response, review: AReview, login: TokenLo
     if isinstance(login, TokenLogin):
         secret = review.people.log_in_by_token(login.token)
     else:
-        address = request.client.host if request.client else ""
-        secret = review.people.log_in_by_name(login.person, login.password, address)
-    response.set_cookie(
-        review.cookie,
-        secret,
-        max_age=LIFETIME,
-        httponly=True,
-        samesite="strict",
-        secure=request.url.scheme == "https",
-    )
+        secret = review.people.log_in_by_name(login.person, login.password, _address(request))
+    _set_cookie(request, response, review, secret)
     return _describe(review, secret)
 
 
@@ -55,6 +47,20 @@ def log_out(
     """End the session."""
     review.people.log_out(request.cookies.get(review.cookie, ""))
     response.delete_cookie(review.cookie, httponly=True, samesite="strict", secure=request.url.scheme == "https")
+
+
+@router.put("/api/password", responses=refusals(401, 403, 409, 413, 422, 429, 503))
+def put_password(
+    request: Request,
+    response: Response,
+    review: AReview,
+    person: Annotated[Person, Depends(get_person)],
+    passwords: PasswordRequest,
+) -> SessionMessage:
+    """Give oneself another password; all other browsers are logged out, this one has a new session."""
+    secret = review.people.change_own_password(person.name, passwords.old, passwords.new, _address(request))
+    _set_cookie(request, response, review, secret)
+    return _describe(review, secret)
 
 
 @router.put("/api/settings", responses=refusals(401, 403, 413, 422, 503))
@@ -81,6 +87,7 @@ def put_account(request: AccountRequest, review: AReview, lead: Annotated[Person
         return _to_row(accounts.change(name, password=request.password, is_lead=request.is_lead))
     if request.password is None:
         raise InputError(f"account {name!r}: a new account needs a password")
+    check_free_name(review.corpus(), name)
     return _to_row(accounts.add(name, request.password, is_lead=request.is_lead))
 
 
@@ -94,16 +101,33 @@ def remove_account(
     review.people.accounts.remove(person)
 
 
+def _address(request: Request) -> str:
+    return request.client.host if request.client else ""
+
+
+def _set_cookie(request: Request, response: Response, review: Review, secret: str) -> None:
+    response.set_cookie(
+        review.cookie,
+        secret,
+        max_age=LIFETIME,
+        httponly=True,
+        samesite="strict",
+        secure=request.url.scheme == "https",
+    )
+
+
 def _describe(review: Review, secret: str) -> SessionMessage:
     session = review.people.find_session(secret)
     if session is None:  # ended meanwhile
         raise Refusal(401, "no-session", "nobody is logged in here")
+    corpus = review.corpus()
     return SessionMessage(
         person=session.person.name,
         is_lead=session.person.is_lead,
         named=review.people.are_named,
         csrf=session.csrf,
-        corpus=review.corpus().name,
+        corpus=corpus.name,
+        snapshot=corpus.snapshot,
         place=review.place,
         version=__version__,
         settings=review.people.settings(session.person.name),

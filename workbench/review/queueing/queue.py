@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from ..context import Review
     from ..drafts.records import Look
 
-__all__ = ["Counts", "count_held", "list_queue"]
+__all__ = ["Counts", "count_held", "count_takes", "list_queue"]
 
 Item = dict[str, Any]
 """A ``QueueItem`` as the page gets it."""
@@ -94,6 +94,21 @@ def count_held(review: Review, person: str) -> Counts:
             reviewed += held.reviewed
             remaining += held.number - held.reviewed
     return Counts(remaining, reviewed, done)
+
+
+def count_takes(review: Review, person: str) -> dict[str, tuple[int, int]]:
+    """Return of each take how many held segments a person has there that are proposed, and that are reviewed.
+
+    Takes that are not the person's, or whose signer's consent does not cover looking at them, are left out.
+    """
+    facts, modes = get_facts(review), modes_of(review, person)
+    counts = {}
+    for take, one in facts.takes.items():
+        mode = modes.get(take, "review")
+        if one.refusal is None and mode != "none":
+            held = _find_held(review, facts, person, one, mode)
+            counts[take] = (held.number - held.reviewed, held.reviewed)
+    return counts
 
 
 def _usefulness(item: Item) -> tuple[bool, float, str, str, int]:

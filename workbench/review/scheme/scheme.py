@@ -9,7 +9,7 @@ apart; the first nine labels without a key get 1 to 9.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 
 from ....corpus import Corpus
@@ -75,9 +75,10 @@ def list_vocabularies(corpus: CorpusView) -> dict[str, LabelVocabulary]:
     return known
 
 
-def read_scheme(corpus: Corpus) -> Scheme:
-    """Return the scheme as people see it."""
+def read_scheme(corpus: Corpus, *, hidden: Collection[str] = ()) -> Scheme:
+    """Return the scheme as people see it; segments of ``hidden`` takes are not counted."""
     segments = corpus.segments()
+    segments = segments[~segments["take"].isin(list(hidden))]
     counted: dict[str, Counter[str]] = {
         str(tier): Counter(str(label) for label in part["label"]) for tier, part in segments.groupby("tier")
     }

@@ -14,6 +14,7 @@ from ....errors import CorpusError
 from ..coding.modes import modes_of
 from ..context import Review
 from ..people.person import Person
+from ..queueing.queue import count_takes
 from .messages import CorpusMessage, Problem, TakeRow
 
 __all__ = ["list_corpus"]
@@ -38,25 +39,23 @@ def list_corpus(review: Review, person: Person) -> CorpusMessage:
     review
         The review.
     person
-        For whom: modes and counts are theirs alone.
+        For whom: modes and counts are theirs alone. Segments are counted as the queue does, transitions left out.
     """
     listing = _read_listing(review)
-    names = [str(take["take"]) for take in listing.takes]
     modes, done = modes_of(review, person.name), _list_done(review, person.name)
-    counts = review.drafts.count(person.name, names)
+    unpublished, held = review.drafts.unpublished(person.name), count_takes(review, person.name)
     rows = []
     for take in listing.takes:
         name = take["take"]
-        mode, count = modes.get(name, "review"), counts.get(name)
         # A take that others are coding blind says nothing of what a machine or anybody found in it.
-        known = count if mode != "none" else None
+        proposed, reviewed = held.get(name, (0, 0))
         rows.append(
             TakeRow(
                 **take,
-                mode=mode,
-                proposed=known.proposed if known else 0,
-                reviewed=known.reviewed if known else 0,
-                unpublished=count.unpublished if count else 0,
+                mode=modes.get(name, "review"),
+                proposed=proposed,
+                reviewed=reviewed,
+                unpublished=unpublished.get(name, 0),
                 done=name in done,
             )
         )
@@ -65,7 +64,15 @@ def list_corpus(review: Review, person: Person) -> CorpusMessage:
         snapshot=listing.snapshot,
         takes=rows,
         rigs=list(listing.rigs),
-        problems=[*listing.problems, *_find_lock(review)],
+        problems=[_without_places(review, problem) for problem in (*listing.problems, *_find_lock(review))],
+    )
+
+
+def _without_places(review: Review, problem: Problem) -> Problem:
+    command = problem.command
+    return Problem(
+        message=review.without_places(problem.message),
+        command=None if command is None else review.without_places(command),
     )
 
 

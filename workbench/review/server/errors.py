@@ -7,6 +7,7 @@ its own, as :class:`Refusal` has, says them itself.
 
 from __future__ import annotations
 
+import logging
 import sqlite3
 from http import HTTPStatus
 from typing import Any, Literal
@@ -69,6 +70,8 @@ class Refusal(MimiqueError):  # noqa: N818  (not an error of the program: an ans
         self.headers = headers
 
 
+_log = logging.getLogger(__name__)
+
 _BY_CLASS: tuple[tuple[type[BaseException], int, Kind], ...] = (
     (NotFoundError, 404, "not-found"),
     (ConflictError, 409, "conflict"),
@@ -123,7 +126,11 @@ def add_error_handlers(app: FastAPI) -> None:
     @app.exception_handler(MimiqueError)
     def _(request: Request, error: MimiqueError) -> JSONResponse:
         status, kind = describe_refusal(error)
-        return refuse(status, kind, str(error), getattr(error, "headers", None))
+        review = request.app.state.review
+        message = review.without_places(str(error))
+        if message != str(error):
+            _log.warning("%s", error)  # for whoever sees to the server
+        return refuse(status, kind, message, getattr(error, "headers", None))
 
     @app.exception_handler(RequestValidationError)
     def _(request: Request, error: RequestValidationError) -> JSONResponse:

@@ -146,7 +146,9 @@ class Guard:
         origin = headers.get("origin")
         if method not in _READING and origin is not None and _find_netloc(origin) != host.lower():
             return f"a page of {origin[:200]!r} may not change anything here"
-        if headers.get("sec-fetch-site") == "cross-site" and headers.get("sec-fetch-mode") != "navigate":
+        # "same-site" is another port or another name of the same machine or domain: not this page either.
+        is_foreign = headers.get("sec-fetch-site") in ("cross-site", "same-site")
+        if is_foreign and headers.get("sec-fetch-mode") != "navigate":
             return "a page of another site may not ask this server"
         return None
 

@@ -84,10 +84,15 @@ class MadeFiles:
         return made
 
     def drop_others(self, keys: Collection[str]) -> int:
-        """Delete the files of all other keys, of takes and signers that are gone too; return how many."""
+        """Delete the files of all other keys, of takes and signers that are gone too; return how many.
+
+        What somebody has asked for in this process stays: it may be of a newer snapshot, and be read this moment.
+        """
         dropped = 0
+        with self._lock:
+            asked = {name.partition(".")[0] for name in self._making}
         for path in self.folder.glob("*"):
-            if path.name.partition(".")[0] not in keys:
+            if path.name.partition(".")[0] not in {*keys, *asked}:
                 with suppress(OSError):
                     path.unlink()
                     dropped += 1

@@ -18,7 +18,7 @@ from ..context import Review
 from ..server.dependencies import Person, get_person, get_review
 from ..server.errors import Refusal, refusals
 from .curves import read_curve
-from .messages import Scene
+from .messages import Problem, Scene
 from .rig_model import find_rig_model
 from .scene import corpus_folder
 from .showing import Showing, check_shown, find_showing
@@ -66,7 +66,12 @@ _NUMBERS = {200: _bytes_of("float32, little endian", "application/octet-stream")
 def get_scene(review: ReviewHere, person: Somebody, take: Take, solve: Solve = None) -> Scene:
     """Return what the page needs to know of a take."""
     corpus, showing = _open(review, take)
-    return showing.scene(corpus, take, solve or None)
+    scene = showing.scene(corpus, take, solve or None)
+    problem = scene.problem
+    if problem is not None:  # the scene is shared by all who ask
+        command = None if problem.command is None else review.without_places(problem.command)
+        problem = Problem(message=review.without_places(problem.message), command=command)
+    return scene.model_copy(update={"problem": problem})
 
 
 @router.get(

@@ -115,7 +115,7 @@ def open_weights(corpus: CorpusView, take: str, solve: str | None = None) -> Sho
     names = [str(name) for name in stored["shape"].values]
     kept = np.array([place for place, name in enumerate(names) if name not in angles], dtype=np.intp)
     solved = tuple(names[place] for place in kept)
-    rig = str(stored.attrs.get("rig") or _find_only_rig(corpus, take))
+    rig = str(stored.attrs.get("rig") or _find_rig(corpus, take, solved))
     shapes = tuple(str(name) for name in corpus.rig(rig)["shape"].values)
     mapping = None
     if solved != shapes:
@@ -137,13 +137,24 @@ def open_weights(corpus: CorpusView, take: str, solve: str | None = None) -> Sho
     )
 
 
-def _find_only_rig(corpus: CorpusView, take: str) -> str:
+def _find_rig(corpus: CorpusView, take: str, solved: tuple[str, ...]) -> str:
+    """Return the rig on which most of the weights move something, the first by name of equals."""
     rigs = corpus.rigs()
     if not rigs:
         raise InputError("the corpus has no rig yet; run: mimique rig add CORPUS NAME PATH")
-    if len(rigs) > 1:
+    used = {rig: _count_used(solved, [str(name) for name in corpus.rig(rig)["shape"].values]) for rig in rigs}
+    best = min(rigs, key=lambda rig: (-used[rig], rig))
+    if not used[best]:
         raise InputError(
-            f"take {take!r}: its weights came from elsewhere and name no rig, and the corpus has {', '.join(rigs)}; "
-            "solve the take on one of them"
+            f"take {take!r}: its weights came from elsewhere, and none of the rigs {', '.join(rigs)} has their shapes; "
+            "add a rig that has"
         )
-    return str(rigs[0])
+    return str(best)
+
+
+def _count_used(solved: tuple[str, ...], shapes: list[str]) -> int:
+    try:
+        mapping = ShapeMapping.fit(solved, shapes)
+    except MimiqueError:
+        return 0
+    return len(solved) - len(mapping.unused)

@@ -1,6 +1,6 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import {
-  addressOf, ApiError, get, getFloats, logIn, post, postFile, remove, setCsrf, whenSessionIsLost,
+  addressOf, ApiError, get, getFloats, logIn, post, postFile, remove, setSession, whenSessionIsLost,
 } from "./client";
 
 type Answer = () => Response | Promise<Response>;
@@ -9,7 +9,7 @@ let answer: Answer = () => Response.json({});
 
 beforeEach(() => {
   asked = [];
-  setCsrf("");
+  setSession(null);
   whenSessionIsLost(() => undefined);
   vi.stubGlobal("fetch", async (address: string, init: RequestInit) => {
     asked.push({ address, init });
@@ -43,7 +43,7 @@ describe("addresses", () => {
 
 describe("the CSRF header", () => {
   it("goes with what changes something, and with nothing else", async () => {
-    setCsrf("abc");
+    setSession({ person: "Ève", csrf: "abc" });
     answer = () => Response.json({});
     await get("/api/corpus");
     expect(header("X-Mimique-CSRF")).toBeUndefined();

@@ -3,7 +3,7 @@
  *
  * Names of takes, tiers and people travel in the query or the body, so a path here is always a constant.
  */
-import type { ErrorMessage, Session } from "./messages";
+import type { ErrorMessage, PasswordRequest, Session } from "./messages";
 
 /** What went wrong: what the server says, or that it said nothing. */
 export type ErrorKind = ErrorMessage["error"]["kind"] | "no-answer" | "stopped";
@@ -39,12 +39,17 @@ export interface CallOptions {
 const USUAL_TIMEOUT = 20_000;
 const CSRF_HEADER = "X-Mimique-CSRF";
 
+const PASSWORD = "/api/password";
+const PERSON_HEADER = "X-Mimique-Person";
 let csrf = "";
+/** Whose page this is; the cookie may become another's, where somebody logs in in another tab. */
+let person = "";
 let onSessionLost: () => void = () => undefined;
 
-/** Remember the session's CSRF token for the calls that follow. */
-export function setCsrf(token: string): void {
-  csrf = token;
+/** Whose session the calls that follow belong to, and its CSRF token; null for nobody's. */
+export function setSession(session: Pick<Session, "person" | "csrf"> | null): void {
+  csrf = session?.csrf ?? "";
+  person = session?.person ?? "";
 }
 
 /** Say what happens when the server no longer knows the session (any call may find out). */
@@ -107,21 +112,41 @@ export async function postFile<T>(path: string, file: Blob, query: Query = {}, o
 /** Begin a session by the token of the opened address, or by name and password. */
 export async function logIn(with_: { token: string } | { person: string; password: string }): Promise<Session> {
   const session = await post<Session>("/api/session", with_);
-  setCsrf(session.csrf);
+  setSession(session);
   return session;
 }
 
-/** Ask who is logged in; raises the kind "no-session" where nobody is. */
+/**
+ * Ask who is logged in; raises the kind "no-session" where nobody is.
+ *
+ * On a page that has its person already, somebody else's session counts as lost: nothing is done in their name.
+ */
 export async function fetchSession(): Promise<Session> {
-  const session = await get<Session>("/api/session");
-  setCsrf(session.csrf);
+  let session: Session;
+  try {
+    session = await get<Session>("/api/session");
+    if (person !== "" && session.person !== person) {
+      throw new ApiError("no-session", `Expected a session of ${person}, but got one of ${session.person}.`, 401);
+    }
+  } catch (error) {
+    if (person !== "" && error instanceof ApiError && error.kind === "no-session") onSessionLost();
+    throw error;
+  }
+  setSession(session);
+  return session;
+}
+
+/** Change one's own password: the session goes on with another token, other windows are logged out. */
+export async function changePassword(change: PasswordRequest): Promise<Session> {
+  const session = await put<Session>(PASSWORD, change);
+  setSession(session);
   return session;
 }
 
 /** End the session. */
 export async function logOut(): Promise<void> {
   await remove<unknown>("/api/session");
-  setCsrf("");
+  setSession(null);
 }
 
 interface Body {
@@ -136,6 +161,10 @@ function jsonBody(body: unknown): Body {
 async function call(method: string, address: string, body: Body | undefined, options: CallOptions): Promise<Response> {
   const response = await guard(() => {
     const headers: Record<string, string> = { Accept: "application/json, */*;q=0.5" };
+    // A login may be another's; every other call is for the person whose page this is.
+    if (person !== "" && !(method === "POST" && address === "/api/session")) {
+      headers[PERSON_HEADER] = encodeURIComponent(person);
+    }
     if (method !== "GET" && csrf !== "") headers[CSRF_HEADER] = csrf;
     if (body !== undefined) headers["Content-Type"] = body.type;
     const timeout = AbortSignal.timeout(options.timeout ?? USUAL_TIMEOUT);
@@ -146,8 +175,9 @@ async function call(method: string, address: string, body: Body | undefined, opt
   }, options);
   if (response.ok) return response;
   const error = await readError(response);
-  // A refused login is also a 401; it is no session that was lost.
-  if (error.kind === "no-session" && !address.startsWith("/api/session")) onSessionLost();
+  // A wrong password is also a 401; it is no session that was lost.
+  const isLogin = address.startsWith("/api/session") || address.startsWith(PASSWORD);
+  if (error.kind === "no-session" && !isLogin) onSessionLost();
   throw error;
 }
 

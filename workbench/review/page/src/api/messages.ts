@@ -25,6 +25,8 @@ export interface Session {
   /** Sent back in the header X-Mimique-CSRF with whatever changes something. */
   csrf: string;
   corpus: string;
+  /** The newest snapshot of the corpus: another one than before means that somebody committed. */
+  snapshot: string;
   /** Tells this corpus from another of the same name: a hash of where it lies. */
   place: string;
   version: string;
@@ -326,7 +328,15 @@ export interface Overview {
     agreement: number | null;
     f1_50: number | null;
   }[];
-  to_settle: { take: string; tier: string; first: string; second: string; disagreements: number; seconds: number; settled: number }[];
+  to_settle: {
+    take: string;
+    tier: string;
+    first: string;
+    second: string;
+    disagreements: number;
+    seconds: number;
+    settled: number;
+  }[];
 }
 
 export interface Adjudication {
@@ -409,6 +419,12 @@ export interface AccountRow {
   person: string;
   is_lead: boolean;
   is_active: boolean;
+}
+
+/** PUT /api/password, for oneself -> Session: other windows are logged out, this one goes on with the new csrf. */
+export interface PasswordRequest {
+  old: string;
+  new: string;
 }
 
 /** POST, lead: a new account, or another password (null keeps it) and rights for one that is there. */

@@ -7,7 +7,7 @@
 import { signal } from "@preact/signals";
 
 /** Frames that are fetched at once: 5 s at 200 Hz, some 200 kB of weights. */
-export const CHUNK = 1024;
+const CHUNK = 1024;
 /** How much is kept; what was looked at longest ago goes first. */
 const KEPT_BYTES = 48 * 2 ** 20;
 /** Seconds of playing that are fetched ahead. */

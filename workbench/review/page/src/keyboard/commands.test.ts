@@ -15,6 +15,7 @@ vi.mock("../state/actions", () => ({
   redo: async () => sent.push("redo"),
   goTo: async (step: number) => sent.push(`go ${step}`),
   tell: (text: string) => sent.push(`tell ${text}`),
+  refuseWhileArriving: () => false,
   choose: (id: string) => {
     state.selection.value = [id];
   },

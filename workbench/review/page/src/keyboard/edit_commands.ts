@@ -1,5 +1,5 @@
 /** Commands that edit the active tier. */
-import { choose, edit, goTo, redo, tell, undo } from "../state/actions";
+import { choose, edit, goTo, redo, refuseWhileArriving, tell, undo } from "../state/actions";
 import { activeSegments, activeTier, chosen, clock, draft, marked, purpose, selection } from "../state/state";
 import type { Segment } from "../api/messages";
 import { moveBoundary, type Edge, type Move } from "../timeline/boundaries";
@@ -73,7 +73,7 @@ let isAccepting = false;
 
 /** Accept what is proposed, then go on. A second press before the first is on disk would accept what nobody saw. */
 async function accept(andGoOn: boolean): Promise<void> {
-  if (isAccepting) return;
+  if (isAccepting || refuseWhileArriving()) return;
   isAccepting = true;
   try {
     await inTurn(async () => {

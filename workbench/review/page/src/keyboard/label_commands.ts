@@ -1,7 +1,8 @@
 /** Commands of the active tier's labels: one to give it, one to hold while it lasts. */
 import { effect } from "@preact/signals";
-import { edit, tell } from "../state/actions";
-import { activeTier, activeVocabulary, clock, purpose, scene, selection } from "../state/state";
+import { findEnds, findLabel, meansSame, spellLike } from "../labels/labels";
+import { edit, refuseWhileArriving, tell } from "../state/actions";
+import { activeSegments, activeTier, activeVocabulary, clock, purpose, scene, selection } from "../state/state";
 import { held as preview } from "../timeline/preview";
 import { say } from "../words";
 import { forget, register, type Command } from "./commands";
@@ -19,6 +20,12 @@ export function followLabels(): () => void {
   const stop = effect(() => {
     const labels = (activeVocabulary.value?.labels ?? []).filter((one) => !one.retired);
     const commands = labels.flatMap((one) => makeCommands(one.label, normalizeKeys(one.key)));
+    if (activeVocabulary.value?.transitions === true) {
+      commands.push({
+        id: "edit.transition", group: "label", name: "command.transition", keys: ["T"], enabled: canEdit,
+        run: () => inTurn(giveTransition),
+      });
+    }
     const next = commands.map((one) => one.id);
     forget(...ids.filter((id) => !next.includes(id)));
     register(...commands);
@@ -48,11 +55,12 @@ function makeCommands(label: string, keys: string): Command[] {
 /**
  * Label what lies between in and out, else what is chosen, else the segment under the playhead.
  *
- * The label that a proposal has already accepts it.
+ * The label that a proposal has already, under whichever spelling, accepts it.
  */
-export async function giveLabel(label: string): Promise<boolean> {
+async function giveLabel(asked: string): Promise<boolean> {
   const tier = activeTier.value;
-  if (tier === null) return false;
+  if (tier === null || refuseWhileArriving()) return false;
+  const label = spell(asked);
   const stretch = findMarked();
   if (stretch !== null) return addSegment(tier, stretch, label);
   const targets = findTargets();
@@ -61,26 +69,53 @@ export async function giveLabel(label: string): Promise<boolean> {
     return false;
   }
   if (selection.value.length === 0) selection.value = targets.map((one) => one.id);
-  lastLabels.set(tier, label);
+  if (asked !== label || findLabel(activeVocabulary.value, label) !== null) lastLabels.set(tier, label);
   if (purpose.value === "adjudication") {
     for (const { onset, offset } of targets) if (
       !(await edit({ kind: "settle", tier, onset, offset, label }))
     ) return false;
     return true;
   }
-  const others = targets.filter((one) => one.label !== label);
+  const others = targets.filter((one) => !meansSame(activeVocabulary.value, one.label, label));
   if (others.length > 0) return edit({ kind: "relabel", tier, segments: targets.map((one) => one.id), label });
   const proposed = targets.filter((one) => one.status === "proposed").map((one) => one.id);
   return proposed.length === 0 || edit({ kind: "accept", tier, segments: proposed });
+}
+
+/** A label as the active tier spells it. An adjudication has the scheme's own. */
+function spell(label: string): string {
+  if (purpose.value === "adjudication") return label;
+  return spellLike(activeVocabulary.value, label, activeSegments.value.map((one) => one.label));
+}
+
+/** Label as the transition between its neighbours what is between in and out, or chosen. */
+async function giveTransition(): Promise<boolean> {
+  const vocabulary = activeVocabulary.value;
+  const targets = findTargets();
+  const stretch = findMarked() ?? (targets[0] && { onset: targets[0].onset, offset: targets.at(-1)!.offset });
+  if (stretch === undefined || vocabulary === null) {
+    tell(say("keys.label-where"));
+    return false;
+  }
+  const before = activeSegments.value.findLast((one) => one.offset <= stretch.onset);
+  const after = activeSegments.value.find((one) => one.onset >= stretch.offset);
+  const from = before && findEnds(vocabulary, before.label)?.[1];
+  const to = after && findEnds(vocabulary, after.label)?.[0];
+  if (from === undefined || to === undefined || from === to) {
+    tell(say("keys.transition-where"));
+    return false;
+  }
+  return giveLabel(from.label + to.label);
 }
 
 let stopFollowing: (() => void) | null = null;
 let startedPlaying = false;
 
 /** Begin a segment at the playhead, which plays on until the key is let go. */
-function hold(label: string): void {
-  if (preview.peek() !== null) return;
+function hold(asked: string): void {
+  if (preview.peek() !== null || refuseWhileArriving()) return;
   const onset = clock.frame.peek();
+  const label = spell(asked);
   preview.value = { label, onset, offset: onset };
   startedPlaying = !clock.playing.peek();
   clock.play();

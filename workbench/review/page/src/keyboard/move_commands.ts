@@ -1,11 +1,12 @@
 /** Commands that play, move through the take and the queue, and change the view of it. */
-import { choose, goTo } from "../state/actions";
+import { choose, goTo, saveSettings, showBeside, tell } from "../state/actions";
 import {
   activeSegments, activeTier, beside, chosen, clock, draft, marked, range, scene, selection, showMarkers, showVideo,
 } from "../state/state";
 import { shownRange } from "../timeline/painter";
 import { findAt, findStep } from "../timeline/segments";
 import { clampRange, fit, zoomAt } from "../timeline/view";
+import { say } from "../words";
 import type { Command } from "./commands";
 
 const ZOOM = 1.6;
@@ -80,17 +81,13 @@ export function moveCommands(): Command[] {
     {
       id: "view.markers", group: "view", name: "command.markers", keys: ["G"],
       enabled: () => (scene.value?.markers.length ?? 0) > 0,
-      run: () => {
-        showMarkers.value = !showMarkers.value;
-      },
+      run: () => saveSettings({ markers: !showMarkers.value }),
     },
     { id: "view.beside", group: "view", name: "command.beside", keys: ["B"], enabled: hasTake, run: toggleBeside },
     {
       id: "view.video", group: "view", name: "command.video", keys: ["V"],
       enabled: () => (scene.value?.videos.length ?? 0) > 0,
-      run: () => {
-        showVideo.value = !showVideo.value;
-      },
+      run: () => saveSettings({ video: !showVideo.value }),
     },
   ];
 
@@ -154,13 +151,12 @@ function showWhole(): void {
   range.value = clampRange({ first: 0, last: clock.frames }, clock.frames);
 }
 
-/** Another solve of this take beside it, else the take itself; or none again. */
+/** Another solve of this take beside it, or none again. */
 function toggleBeside(): void {
   const current = scene.value;
-  if (beside.value !== null || current === null) {
-    beside.value = null;
-    return;
-  }
-  const other = current.solves.find((one) => one !== current.solve) ?? current.solve;
-  beside.value = { take: current.take, solve: other };
+  if (current === null) return;
+  const other = current.solves.find((one) => one !== current.solve);
+  if (beside.value !== null) showBeside(null);
+  else if (other === undefined) tell(say("keys.no-second-solve"));
+  else showBeside({ take: current.take, solve: other });
 }

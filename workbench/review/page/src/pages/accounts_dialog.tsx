@@ -8,10 +8,8 @@ import { dialog, session } from "../state/state";
 import { say } from "../words";
 import { type Loaded, useLoaded } from "./loading";
 import { Message, WhenLoaded } from "./pieces";
-import { proposePassword } from "./passwords";
+import { SHORTEST_PASSWORD, proposePassword } from "./passwords";
 
-/** Shortest password that is offered to be sent; the server has the last word. */
-const SHORTEST = 8;
 const close = (): void => void (dialog.value = null);
 
 type Asked = { person: string; what: "password" | "out" } | null;
@@ -105,14 +103,19 @@ function Rows({ accounts, busy, send, letOut }: RowsProps) {
             return [
               <tr key={one.person} class={one.is_active ? "" : "pages-retired"}>
                 <td>
-                  <strong>{one.person}</strong>{isOwn && <span class="soft"> {say("accounts.you")}</span>}{!one.is_active && <span class="badge pages-after">{say("accounts.inactive")}</span>}
+                  <strong>{one.person}</strong>
+                  {isOwn && <span class="soft"> {say("accounts.you")}</span>}
+                  {!one.is_active && <span class="badge pages-after">{say("accounts.inactive")}</span>}
                 </td>
                 <td>
                   <label class="check">
-                    <input type="checkbox" checked={one.is_lead} disabled={busy || isOwn || !one.is_active} aria-label={`${say("accounts.lead")}: ${one.person}`}
+                    <input type="checkbox" checked={one.is_lead} disabled={busy || isOwn || !one.is_active}
+                      aria-label={`${say("accounts.lead")}: ${one.person}`}
                       onChange={(event) => {
                         const is_lead = event.currentTarget.checked;
-                        void send({ person: one.person, password: null, is_lead }, say(is_lead ? "accounts.lead.done" : "accounts.lead.undone", { person: one.person }));
+                        const key = is_lead ? "accounts.lead.done" : "accounts.lead.undone";
+                        const said = say(key, { person: one.person });
+                        void send({ person: one.person, password: null, is_lead }, said);
                       }} />
                     {say("accounts.lead")}
                   </label>
@@ -148,8 +151,10 @@ function Rows({ accounts, busy, send, letOut }: RowsProps) {
                     {open === "password" ? (
                       <form class="row row-wrap" onSubmit={(event) => {
                         event.preventDefault();
-                        if (password.length < SHORTEST) return;
-                        void send({ person: one.person, password, is_lead: one.is_lead }, say("accounts.password.done", { person: one.person })).then((kept) => kept && ask(null));
+                        if (password.length < SHORTEST_PASSWORD) return;
+                        const said = say("accounts.password.done", { person: one.person });
+                        const request = { person: one.person, password, is_lead: one.is_lead };
+                        void send(request, said).then((kept) => kept && ask(null));
                       }}>
                         <label class="row grow">
                           <span class="soft">{say("accounts.password")}</span>
@@ -167,7 +172,7 @@ function Rows({ accounts, busy, send, letOut }: RowsProps) {
                         <button
                           type="submit"
                           class="button button-small button-primary"
-                          disabled={busy || password.length < SHORTEST}
+                          disabled={busy || password.length < SHORTEST_PASSWORD}
                         >
                           {say("pages.save")}
                         </button>
@@ -204,11 +209,12 @@ function NewAccount(props: { busy: boolean; taken: string[]; send: RowsProps["se
   const [password, setPassword] = useState(proposePassword);
   const [isLead, setIsLead] = useState(false);
   const isTaken = props.taken.includes(person.trim());
-  const ready = person.trim() !== "" && !isTaken && password.length >= SHORTEST && !props.busy;
+  const ready = person.trim() !== "" && !isTaken && password.length >= SHORTEST_PASSWORD && !props.busy;
   const add = async (): Promise<void> => {
     if (!ready) return;
     const name = person.trim();
-    if (await props.send({ person: name, password, is_lead: isLead }, say("accounts.added", { person: name, password }))) {
+    const said = say("accounts.added", { person: name, password });
+    if (await props.send({ person: name, password, is_lead: isLead }, said)) {
       setPerson("");
       setPassword(proposePassword());
       setIsLead(false);

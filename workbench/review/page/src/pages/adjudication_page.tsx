@@ -6,6 +6,7 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import { get } from "../api/client";
 import type { Adjudication } from "../api/messages";
 import { describeKeys } from "../keyboard/bindings";
+import { findVocabulary } from "../labels/labels";
 import { findCommand, forget, register } from "../keyboard/commands";
 import { showPage } from "../shell/main_menu";
 import { Key } from "../shell/pieces";
@@ -14,12 +15,12 @@ import { Transport } from "../stage/transport";
 import { edit, openTake, undo } from "../state/actions";
 import { activeTier, clock, dialog, draft, marked, purpose, saving, scene, scheme, settling } from "../state/state";
 import { say } from "../words";
+import { formatLength, formatTime, sayCount } from "../words/numbers";
 import {
   type Disagreement, chooseWindow, findCandidates, findFirst, findNearest, findNext, findPart, findRest,
 } from "./disagreements";
 import { Lanes } from "./lanes";
 import { type Loaded, useLoaded } from "./loading";
-import { formatLength, formatTime, sayCount } from "./numbers";
 import { LabelName, Message, WhenLoaded } from "./pieces";
 
 export function AdjudicationPage() {
@@ -89,7 +90,9 @@ function Progress({ of }: { of: Disagreement[] }) {
   const settled = of.filter((one) => one.settled).length;
   return (
     <span class="row" role="status">
-      <span class="meter pages-wide-meter" aria-hidden="true"><span style={{ width: `${of.length > 0 ? (100 * settled) / of.length : 100}%` }} /></span>
+      <span class="meter pages-wide-meter" aria-hidden="true">
+        <span style={{ width: `${of.length > 0 ? (100 * settled) / of.length : 100}%` }} />
+      </span>
       <span class="number">{say("settle.progress", { settled, all: of.length })}</span>
     </span>
   );
@@ -109,7 +112,7 @@ function Compare({ both, of, ready }: CompareProps) {
   const at = Math.min(index, Math.max(0, all.length - 1));
   const current = all[at];
   const part = current === undefined ? null : findPart(current, marked.value);
-  const labels = (scheme.value?.vocabularies.find((one) => one.tiers.includes(of.tier))?.labels ?? []).filter((one) => !one.retired);
+  const labels = (findVocabulary(scheme.value, of.tier)?.labels ?? []).filter((one) => !one.retired);
 
   /** Show one of them: in and out around it, so that the keys of labels settle it, and played over and over. */
   const show = (to: number | null, play = true): void => {
@@ -148,7 +151,9 @@ function Compare({ both, of, ready }: CompareProps) {
   useEffect(() => {
     if (part !== null) settledPart.current = part;
     const { onset, offset } = marked.value;
-    if (ready && current !== undefined && onset === null && offset === null) marked.value = { onset: current.onset, offset: current.offset };
+    if (ready && current !== undefined && onset === null && offset === null) {
+      marked.value = { onset: current.onset, offset: current.offset };
+    }
   }, [marked.value, ready, at]);
 
   const settle = async (label: string | null): Promise<void> => {
@@ -158,8 +163,15 @@ function Compare({ both, of, ready }: CompareProps) {
     setBusy(false);
   };
   const step = (by: 1 | -1): void => show(findNext(all, at, by, false));
-  useSettleKeys({ next: () => step(1), previous: () => step(-1), nothing: () => settle(null) });
   const choices = current === undefined ? [] : listChoices(current, of, labels.map((one) => one.label));
+  const readings = choices.filter((one) => one.label !== null && one.who.length > 0);
+  useSettleKeys({
+    next: () => step(1), previous: () => step(-1), nothing: () => settle(null),
+    readings: READINGS.map((_, place) => () => {
+      const reading = readings[place];
+      return reading === undefined ? undefined : settle(reading.label);
+    }),
+  });
 
   return (
     <div class="pages-settle">
@@ -198,7 +210,8 @@ function Compare({ both, of, ready }: CompareProps) {
             </div>
             <div class="pages-settle-part">
               <span class="number soft">
-                {formatTime(part.onset, clock.rate)} – {formatTime(part.offset, clock.rate)} · {formatLength(part.offset - part.onset, clock.rate)}
+                {formatTime(part.onset, clock.rate)} – {formatTime(part.offset, clock.rate)} ·{" "}
+                {formatLength(part.offset - part.onset, clock.rate)}
               </span>
               {part.onset !== current.onset || part.offset !== current.offset ? (
                 <button
@@ -210,7 +223,9 @@ function Compare({ both, of, ready }: CompareProps) {
                 </button>
               ) : (
                 <span class="soft small">
-                  {say("settle.part", { keys: [describeKeys("edit.set-in"), describeKeys("edit.set-out")].join(" / ") })}
+                  {say("settle.part", {
+                    keys: [describeKeys("edit.set-in"), describeKeys("edit.set-out")].join(" / "),
+                  })}
                 </span>
               )}
             </div>
@@ -226,7 +241,7 @@ function Compare({ both, of, ready }: CompareProps) {
                 >
                   <LabelName label={one.label} tier={of.tier} />
                   <span class="soft small elide grow">{one.who.join(", ")}</span>
-                  <Key keys={describeKeys(one.label === null ? "settle.nothing" : `label:${one.label}`)} />
+                  <Key keys={describeChoice(one, readings.indexOf(one))} />
                 </button>
               ))}
             </div>
@@ -273,6 +288,22 @@ interface SettleKeys {
   next: () => void;
   previous: () => void;
   nothing: () => void | Promise<unknown>;
+  readings: (() => void | Promise<unknown>)[];
+}
+
+/** What the coders said has keys of its own: their labels may be none of the scheme's, as a transition is. */
+const READINGS = [
+  { id: "settle.first", key: "E", name: "settle.first" },
+  { id: "settle.second", key: "R", name: "settle.second" },
+] as const;
+
+/** The keys of a choice: of a reading, and of its label where that has one. */
+function describeChoice(one: PickChoice, place: number): string {
+  if (one.label === null) return describeKeys("settle.nothing");
+  const reading = READINGS[place];
+  return [reading === undefined ? "" : describeKeys(reading.id), describeKeys(`label:${one.label}`)]
+    .filter((keys) => keys !== "")
+    .join(" / ");
 }
 
 /** While the page is shown, the queue's keys walk through the disagreements, and one more says that nothing holds. */
@@ -284,10 +315,15 @@ function useSettleKeys(keys: SettleKeys): void {
     const [next, previous] = usual;
     if (next !== undefined) register({ ...next, run: () => now.current.next() });
     if (previous !== undefined) register({ ...previous, run: () => now.current.previous() });
-    register({ id: "settle.nothing", group: "label", name: "settle.nothing", keys: ["X"], run: () => now.current.nothing() });
+    register({
+      id: "settle.nothing", group: "label", name: "settle.nothing", keys: ["X"], run: () => now.current.nothing(),
+    });
+    READINGS.forEach(({ id, key, name }, place) => {
+      register({ id, group: "label", name, keys: [key], run: () => now.current.readings[place]?.() });
+    });
     return () => {
       register(...usual);
-      forget("settle.nothing");
+      forget("settle.nothing", ...READINGS.map((one) => one.id));
     };
   }, []);
 }

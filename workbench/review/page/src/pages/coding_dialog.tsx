@@ -7,8 +7,8 @@ import { refresh } from "../state/actions";
 import { describeError } from "../state/notices";
 import { corpus, dialog, scheme, session } from "../state/state";
 import { say } from "../words";
+import { formatPercent, sayCount } from "../words/numbers";
 import { useLoaded } from "./loading";
-import { formatPercent, sayCount } from "./numbers";
 import { Message, WhenLoaded } from "./pieces";
 
 const close = (): void => void (dialog.value = null);
@@ -29,7 +29,8 @@ async function fetchStart(): Promise<Start> {
   const active = accounts.filter((one) => one.is_active).map((one) => one.person);
   const people = [...active, ...overview.people.map((one) => one.person), ...(plan?.coders ?? [])];
   const own = session.value?.person;
-  return { plan: plan ?? null, people: [...new Set(own === undefined ? people : [...people, own])].sort((a, b) => a.localeCompare(b)) };
+  const names = [...new Set(own === undefined ? people : [...people, own])];
+  return { plan: plan ?? null, people: names.sort((a, b) => a.localeCompare(b)) };
 }
 
 export function CodingDialog() {
@@ -121,7 +122,10 @@ function Plan({ start, onDone }: { start: Start; onDone: (plan: CodingPlan) => v
               <input
                 type="checkbox"
                 checked={coders.includes(person)}
-                onChange={(event) => setCoders(event.currentTarget.checked ? [...coders, person] : coders.filter((one) => one !== person))}
+                onChange={(event) => {
+                  const others = coders.filter((one) => one !== person);
+                  setCoders(event.currentTarget.checked ? [...others, person] : others);
+                }}
               />
               {person}
             </label>
@@ -148,7 +152,10 @@ function Drawn({ plan }: { plan: CodingPlan }) {
   return (
     <section class="stack">
       <h3>
-        {sayCount("coding.drawn", plan.takes.length)} <span class="soft">{say("coding.finished", { done, all, part: formatPercent(all > 0 ? done / all : 0) })}</span>
+        {sayCount("coding.drawn", plan.takes.length)}{" "}
+        <span class="soft">
+          {say("coding.finished", { done, all, part: formatPercent(all > 0 ? done / all : 0) })}
+        </span>
       </h3>
       <div class="table-scroll">
         <table class="table">

@@ -1,5 +1,6 @@
 import { describe, expect, it } from "vitest";
-import { differenceOf, findConfusions, inkOn } from "./colours";
+import { inkOn } from "../labels/colours";
+import { differenceOf, findConfusions } from "./colours";
 
 describe("differenceOf", () => {
   it("is CIE 1976: white to black is 100, a colour to itself 0", () => {
@@ -31,6 +32,6 @@ describe("findConfusions", () => {
 });
 
 it("writes legibly", () => {
-  expect(inkOn("#f0e442")).toBe("#000000");
-  expect(inkOn("#0b2545")).toBe("#ffffff");
+  expect(inkOn(["#f0e442"])).toBe("#14181d");
+  expect(inkOn(["#0b2545"])).toBe("#ffffff");
 });

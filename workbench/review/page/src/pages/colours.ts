@@ -1,13 +1,14 @@
 /**
- * Colours of labels: which letter is legible on them, and which two of them people confuse who see colours otherwise.
+ * Colours of labels that people confuse who see colours otherwise.
  *
  * Colour vision deficiencies as linear maps of linear RGB: G. M. Machado, M. M. Oliveira, L. A. F. Fernandes, "A
  * Physiologically-based Model for Simulation of Color Vision Deficiency", IEEE TVCG 15(6), 2009, severity 1.0.
  * Differences as CIE 1976 ΔE in L*a*b* under D65.
  */
 
+import { type Triple, isHex, toLinear } from "../labels/colours";
+
 export type Vision = "usual" | "protan" | "deutan" | "tritan";
-type Triple = [number, number, number];
 
 const MAPS: Record<Exclude<Vision, "usual">, [Triple, Triple, Triple]> = {
   protan: [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
@@ -16,22 +17,11 @@ const MAPS: Record<Exclude<Vision, "usual">, [Triple, Triple, Triple]> = {
 };
 
 /** Differences below this are hard to tell apart on small areas. */
-export const HARD_TO_TELL = 10;
-
-export function isColour(text: string): boolean {
-  return /^#[0-9a-f]{6}$/i.test(text);
-}
-
-/** Black or white: what has more contrast on a colour (WCAG 2 relative luminance). */
-export function inkOn(colour: string): "#000000" | "#ffffff" {
-  const [red, green, blue] = linear(colour);
-  const luminance = 0.2126 * red + 0.7152 * green + 0.0722 * blue;
-  return (luminance + 0.05) / 0.05 >= 1.05 / (luminance + 0.05) ? "#000000" : "#ffffff";
-}
+const HARD_TO_TELL = 10;
 
 /** How far two colours look apart for a kind of vision. */
 export function differenceOf(first: string, second: string, vision: Vision = "usual"): number {
-  const [one, other] = [toLab(see(linear(first), vision)), toLab(see(linear(second), vision))];
+  const [one, other] = [toLab(see(toLinear(first), vision)), toLab(see(toLinear(second), vision))];
   return Math.hypot(one[0] - other[0], one[1] - other[1], one[2] - other[2]);
 }
 
@@ -45,7 +35,7 @@ export interface Confusion {
 /** The pairs of labels that some kind of vision can hardly tell apart, the closest first. */
 export function findConfusions(labels: { label: string; colour: string }[]): Confusion[] {
   const found: (Confusion & { difference: number })[] = [];
-  const known = labels.filter((one) => isColour(one.colour));
+  const known = labels.filter((one) => isHex(one.colour));
   known.forEach((one, index) => {
     for (const other of known.slice(index + 1)) {
       const seen = (["usual", "protan", "deutan", "tritan"] as const).map((vision) => ({
@@ -58,14 +48,6 @@ export function findConfusions(labels: { label: string; colour: string }[]): Con
   });
   found.sort((a, b) => a.difference - b.difference);
   return found.map(({ first, second, vision }) => ({ first, second, vision }));
-}
-
-function linear(colour: string): Triple {
-  const part = (at: number): number => {
-    const value = parseInt(colour.slice(at, at + 2), 16) / 255;
-    return value <= 0.04045 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4;
-  };
-  return isColour(colour) ? [part(1), part(3), part(5)] : [0, 0, 0];
 }
 
 function see(colour: Triple, vision: Vision): Triple {

@@ -3,7 +3,9 @@ import {
   type Disagreement, chooseWindow, findCandidates, findFirst, findNearest, findNext, findPart, findRest,
 } from "./disagreements";
 
-const at = (onset: number, settled = false): Disagreement => ({ onset, offset: onset + 10, first: "joy", second: null, settled });
+const at = (onset: number, settled = false): Disagreement => ({
+  onset, offset: onset + 10, first: "joy", second: null, settled,
+});
 
 describe("going through disagreements", () => {
   const all = [at(0, true), at(20), at(40, true), at(60)];

@@ -7,8 +7,8 @@ import { refresh, tellTabs } from "../state/actions";
 import { describeError } from "../state/notices";
 import { dialog, draft, notice, purpose, saving, scene } from "../state/state";
 import { say } from "../words";
+import { formatNumber, sayCount } from "../words/numbers";
 import { type Mapping, chosenTiers, countSegments, findClashes, startMapping } from "./elan_mapping";
-import { formatNumber, sayCount } from "./numbers";
 import { Message } from "./pieces";
 
 /** What the server takes. */
@@ -27,7 +27,8 @@ export function ElanDialog() {
   const tiers = draft.value?.tiers.map((one) => one.tier) ?? [];
   const clashes = findClashes(mapping);
   const count = preview === null ? 0 : countSegments(preview, mapping);
-  const ready = preview !== null && Object.keys(chosenTiers(mapping)).length > 0 && clashes.length === 0 && !unsaved && !busy;
+  const hasTiers = Object.keys(chosenTiers(mapping)).length > 0;
+  const ready = preview !== null && hasTiers && clashes.length === 0 && !unsaved && !busy;
 
   const look = async (chosen: File): Promise<void> => {
     setFile(chosen);
@@ -133,7 +134,9 @@ export function ElanDialog() {
                   }}
                 />
                 <span>
-                  {busy ? say("elan.reading") : file === null ? say("elan.choose") : say("elan.other", { name: file.name })}
+                  {busy
+                    ? say("elan.reading")
+                    : file === null ? say("elan.choose") : say("elan.other", { name: file.name })}
                 </span>
               </label>
               {preview !== null && (
@@ -187,11 +190,14 @@ function Preview({ preview, mapping, tiers, clashes, onChange }: PreviewProps) {
                       onChange={(event) => onChange({ ...mapping, [one.name]: event.currentTarget.value || null })}
                     >
                       <option value="">{say("elan.leave_out")}</option>
-                      {[...new Set([...tiers, ...(one.tier === null ? [] : [one.tier])])].map((tier) => <option key={tier} value={tier}>{tier}</option>)}
+                      {[...new Set([...tiers, ...(one.tier === null ? [] : [one.tier])])].map((tier) => (
+                        <option key={tier} value={tier}>{tier}</option>
+                      ))}
                     </select>
                   </td>
                   <td class="small">
-                    {one.problems.length === 0 ? <span class="soft">–</span> : one.problems.map((each) => <div key={each} class="pages-problem">{each}</div>)}
+                    {one.problems.length === 0 && <span class="soft">–</span>}
+                    {one.problems.map((each) => <div key={each} class="pages-problem">{each}</div>)}
                   </td>
                 </tr>
               ))}

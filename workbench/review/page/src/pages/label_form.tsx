@@ -3,8 +3,9 @@ import { useState } from "preact/hooks";
 import type { SchemeLabel, Vocabulary } from "../api/messages";
 import { listCommands } from "../keyboard/commands";
 import { say } from "../words";
-import { findConfusions, inkOn, isColour } from "./colours";
-import { sayCount } from "./numbers";
+import { sayCount } from "../words/numbers";
+import { inkOn, isHex } from "../labels/colours";
+import { findConfusions } from "./colours";
 import { LONGEST_NAME, checkName, findKeyClashes, namesOf } from "./scheme_rules";
 
 export interface LabelValues {
@@ -26,7 +27,7 @@ interface LabelFormProps {
 export function LabelForm({ vocabulary, label, busy, onSave, onCancel }: LabelFormProps) {
   const isNew = label.label === "";
   const [name, setName] = useState(label.label);
-  const [colour, setColour] = useState(isColour(label.colour) ? label.colour : "#777777");
+  const [colour, setColour] = useState(isHex(label.colour) ? label.colour : "#777777");
   const [key, setKey] = useState(label.key);
   const [note, setNote] = useState(label.note);
 
@@ -34,7 +35,8 @@ export function LabelForm({ vocabulary, label, busy, onSave, onCancel }: LabelFo
   const own = [label.label, ...label.aliases];
   const taken = namesOf(vocabulary).filter((one) => !own.includes(one));
   const problem = checkName(name, taken);
-  const clash = key === "" ? undefined : findKeyClashes([...others, { ...label, key, label: name, retired: false }]).get(key);
+  const changed = { ...label, key, label: name, retired: false };
+  const clash = key === "" ? undefined : findKeyClashes([...others, changed]).get(key);
   const isKey = (each: string): boolean => key !== "" && each.toLowerCase() === key.toLowerCase();
   const command = listCommands().find((one) => one.group !== "label" && one.keys.some(isKey));
   const confused = findConfusions([...others.filter((one) => !one.retired), { label: name || "?", colour }]).filter(
@@ -86,7 +88,9 @@ export function LabelForm({ vocabulary, label, busy, onSave, onCancel }: LabelFo
       </div>
       <div class="row spread row-wrap">
         <span class="grow small" aria-live="polite">
-          <span class="pages-preview" style={{ backgroundColor: colour, color: inkOn(colour) }}>{name || "…"}</span>{" "}
+          <span class="pages-preview" style={{ backgroundColor: colour, color: inkOn([colour]) }}>
+            {name || "…"}
+          </span>{" "}
           {problem !== null && name !== "" && <span class="pages-problem">{say(`scheme.problem.${problem}`)} </span>}
           {clash !== undefined && (
             <span class="pages-problem">{say("scheme.clash", { key, labels: clash.join(", ") })} </span>
@@ -94,7 +98,10 @@ export function LabelForm({ vocabulary, label, busy, onSave, onCancel }: LabelFo
           {command !== undefined && <span class="pages-problem">{say("scheme.clash.command", { key })} </span>}
           {confused !== undefined && (
             <span class="pages-problem">
-              {say("scheme.close_to", { label: confused.first === (name || "?") ? confused.second : confused.first })} {say(`scheme.confused.${confused.vision}`)}
+              {say("scheme.close_to", {
+                label: confused.first === (name || "?") ? confused.second : confused.first,
+              })}{" "}
+              {say(`scheme.confused.${confused.vision}`)}
             </span>
           )}
           {!isNew && name !== label.label && problem === null && label.segments > 0 && (

@@ -3,8 +3,8 @@ import { useComputed } from "@preact/signals";
 import type { Adjudication, Segment } from "../api/messages";
 import { clock } from "../state/state";
 import { say } from "../words";
+import { formatTime } from "../words/numbers";
 import { type Disagreement, type Stretch, chooseWindow } from "./disagreements";
-import { formatTime } from "./numbers";
 import { Strip } from "./pieces";
 
 interface LanesProps {
@@ -45,7 +45,9 @@ export function Lanes({ of, settled, current, part, frames, rate, onChoose }: La
           {of.disagreements.map((one) => (
             <span
               key={one.onset}
-              class={`pages-map-one${one.settled ? " pages-map-settled" : ""}${one.onset === current.onset ? " pages-map-current" : ""}`}
+              class={[
+                "pages-map-one", one.settled && "pages-map-settled", one.onset === current.onset && "pages-map-current",
+              ].filter(Boolean).join(" ")}
               style={{ left: `${(100 * one.onset) / frames}%`, width: `${(100 * (one.offset - one.onset)) / frames}%` }}
             />
           ))}

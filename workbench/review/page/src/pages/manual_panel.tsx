@@ -18,7 +18,8 @@ export function ManualPanel() {
   const vocabularies = scheme.value?.vocabularies ?? [];
   const [picked, setPicked] = useState<string | null>(null);
   const [sought, setSought] = useState("");
-  const vocabulary = vocabularies.find((one) => one.name === picked) ?? activeVocabulary.value ?? vocabularies[0] ?? null;
+  const pickedOne = vocabularies.find((one) => one.name === picked);
+  const vocabulary = pickedOne ?? activeVocabulary.value ?? vocabularies[0] ?? null;
 
   return (
     <DialogFrame title={say("manual.title")} onClose={close} modal={false} class="pages-manual">
@@ -85,7 +86,7 @@ function Labels({ vocabulary, sought }: { vocabulary: Vocabulary; sought: string
             aria-current={isCurrent || undefined}
           >
             <dt>
-              <Swatch colour={one.colour} /> <strong>{one.label}</strong> <Key keys={one.key} />
+              <Swatch colours={[one.colour]} /> <strong>{one.label}</strong> <Key keys={one.key} />
               {one.aliases.length > 0 && <span class="soft small"> {one.aliases.join(", ")}</span>}
             </dt>
             <dd class={one.note === "" ? "soft" : ""}>{one.note === "" ? say("manual.no_note") : one.note}</dd>
@@ -113,7 +114,9 @@ function Text({ vocabulary, sought }: { vocabulary: Vocabulary; sought: string }
     kind: "list",
     ordered: false,
     start: 1,
-    items: headings.map((one) => ({ below: [], parts: [{ kind: "link", anchor: one.anchor, address: "", parts: one.parts }] })),
+    items: headings.map((one) => ({
+      below: [], parts: [{ kind: "link", anchor: one.anchor, address: "", parts: one.parts }],
+    })),
   };
   return (
     <>

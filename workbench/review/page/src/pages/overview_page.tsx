@@ -6,8 +6,8 @@ import { showPage } from "../shell/main_menu";
 import { openTake } from "../state/actions";
 import { dialog, page, scene, settling } from "../state/state";
 import { say } from "../words";
+import { formatAgo, formatDuration, formatNumber, formatPercent, formatFixed, sayCount } from "../words/numbers";
 import { useLoaded } from "./loading";
-import { formatAgo, formatDuration, formatNumber, formatPercent, formatScore, sayCount } from "./numbers";
 import { WhenLoaded } from "./pieces";
 import { sumUp } from "./progress";
 
@@ -118,14 +118,17 @@ function People({ of }: { of: Overview }) {
               {of.people.map((one) => (
                 <tr key={one.person}>
                   <td>
-                    <strong>{one.person}</strong>{one.is_lead && <span class="badge pages-after">{say("accounts.lead")}</span>}
+                    <strong>{one.person}</strong>
+                    {one.is_lead && <span class="badge pages-after">{say("accounts.lead")}</span>}
                   </td>
                   <td class="number">{formatNumber(one.takes)}</td>
                   <td class="number">{formatNumber(one.reviewed)}</td>
                   <td class="number">
                     {formatNumber(one.edits)}
                     {one.unpublished > 0 && (
-                      <span class="soft small" title={say("overview.unpublished")}> ({formatNumber(one.unpublished)}&nbsp;↑)</span>
+                      <span class="soft small" title={say("overview.unpublished")}>
+                        {" "}({formatNumber(one.unpublished)}&nbsp;↑)
+                      </span>
                     )}
                   </td>
                   <td class="number">{formatDuration(one.active_seconds)}</td>
@@ -171,12 +174,14 @@ function ToSettle({ of }: { of: Overview }) {
                     <td>{one.take} <span class="soft">{one.tier}</span></td>
                     <td class="pages-pair">{one.first} – {one.second}</td>
                     <td class="number" title={formatDuration(one.seconds)}>
-                      {open === 0 ? <span class="badge badge-reviewed">✓ {say("overview.all_settled")}</span> : `${formatNumber(one.settled)} / ${formatNumber(one.disagreements)}`}
+                      {open === 0
+                        ? <span class="badge badge-reviewed">✓ {say("overview.all_settled")}</span>
+                        : `${formatNumber(one.settled)} / ${formatNumber(one.disagreements)}`}
                     </td>
                     <td class="pages-actions">
                       <button
                         type="button"
-                        class={`button button-small${open > 0 ? " button-primary" : ""}`}
+                        class={`button button-small${open > 0 ? "" : " button-quiet"}`}
                         onClick={() => settle(one)}
                         aria-label={`${say("overview.settle")}: ${one.take}, ${one.tier}, ${one.first} – ${one.second}`}
                       >
@@ -218,10 +223,10 @@ function Agreement({ of }: { of: Overview }) {
                     <td>
                       <span class="pages-pair">{one.first} – {one.second}</span> <span class="soft">{one.tier}</span>
                     </td>
-                    <td class="number"><strong>{formatScore(one.kappa)}</strong></td>
-                    <td class="number">{formatScore(one.alpha)}</td>
+                    <td class="number"><strong>{formatFixed(one.kappa, 2)}</strong></td>
+                    <td class="number">{formatFixed(one.alpha, 2)}</td>
                     <td class="number">{formatPercent(one.agreement)}</td>
-                    <td class="number">{formatScore(one.f1_50)}</td>
+                    <td class="number">{formatFixed(one.f1_50, 2)}</td>
                     <td class="number" title={formatDuration(one.seconds)}>{formatNumber(one.takes)}</td>
                   </tr>
                 ))}
@@ -284,7 +289,9 @@ function Takes({ of }: { of: Overview }) {
                 </td>
                 <td class="soft">{[one.signer, one.protocol].filter((text) => text !== null).join(" · ")}</td>
                 <td class="number">{formatDuration(one.seconds)}</td>
-                {people.map((person) => <td key={person}><Cell of={one.by.find((each) => each.person === person)} /></td>)}
+                {people.map((person) => (
+                  <td key={person}><Cell of={one.by.find((each) => each.person === person)} /></td>
+                ))}
               </tr>
             ))}
           </tbody>
@@ -301,7 +308,7 @@ function Takes({ of }: { of: Overview }) {
 }
 
 function Cell({ of }: { of: Overview["takes"][number]["by"][number] | undefined }) {
-  if (of === undefined || (of.mode === "none" && of.segments === 0)) return <span class="faint">–</span>;
+  if (of === undefined || (of.mode === "none" && of.segments === 0)) return <span class="soft">–</span>;
   const part = of.segments > 0 ? of.reviewed / of.segments : 0;
   return (
     <span class="row pages-cell">
@@ -313,12 +320,16 @@ function Cell({ of }: { of: Overview["takes"][number]["by"][number] | undefined 
             <span class="meter" aria-hidden="true"><span style={{ width: `${100 * part}%` }} /></span>
           )}
           <span class="number small">
-            {of.mode === "blind" ? sayCount("overview.segments", of.segments) : `${formatNumber(of.reviewed)} / ${formatNumber(of.segments)}`}
+            {of.mode === "blind"
+              ? sayCount("overview.segments", of.segments)
+              : `${formatNumber(of.reviewed)} / ${formatNumber(of.segments)}`}
           </span>
         </span>
       )}
       {of.unpublished > 0 && (
-        <span class="soft small number" title={say("overview.unpublished")}>{formatNumber(of.unpublished)}&nbsp;↑</span>
+        <span class="soft small number" title={say("overview.unpublished")}>
+          {formatNumber(of.unpublished)}&nbsp;↑
+        </span>
       )}
     </span>
   );

@@ -1,5 +1,8 @@
 /** Passwords that a lead hands to somebody: long enough to be safe, easy to read out. */
 
+/** Shortest password that is offered to be sent; the server has the last word. */
+export const SHORTEST_PASSWORD = 8;
+
 /** Syllables of two letters that read the same in English and French, without i, l, o and y. */
 const CONSONANTS = "bdfgkmnprstvz";
 const VOWELS = "aeu";

@@ -1,24 +1,18 @@
 /** Pieces of dialogs and pages: labels with their colour, strips of segments, lines that say what is wrong. */
 import type { ComponentChildren } from "preact";
 import type { Segment } from "../api/messages";
-import { Spinner, Swatch } from "../shell/pieces";
-import { activeTier, scheme } from "../state/state";
-import { findColour } from "../timeline/label_colours";
+import { inkOn } from "../labels/colours";
+import { coloursOf } from "../labels/shown";
+import { Spinner, Swatch, paint } from "../shell/pieces";
 import { say } from "../words";
-import { inkOn } from "./colours";
 import type { Loaded } from "./loading";
-
-/** A label's colour as the timeline has it. */
-export function colourIn(tier: string | undefined, label: string): string {
-  return findColour(scheme.value, tier ?? activeTier.value ?? "", label);
-}
 
 /** A label with its colour; "nothing" for a gap. */
 export function LabelName(props: { label: string | null; tier?: string }) {
   if (props.label === null) return <span class="soft">{say("pages.gap")}</span>;
   return (
     <span class="pages-label">
-      <Swatch colour={colourIn(props.tier, props.label)} />
+      <Swatch colours={coloursOf(props.label, props.tier)} />
       <span class="elide">{props.label === "" ? say("pages.unnamed") : props.label}</span>
     </span>
   );
@@ -83,12 +77,14 @@ export function Strip(props: StripProps) {
         .map((one) => {
           const left = Math.max(0, percent(one.onset));
           const width = Math.min(100, percent(one.offset)) - left;
-          const colour = colourIn(props.tier, one.label);
+          const colours = coloursOf(one.label, props.tier ?? undefined);
           return (
             <div
               key={one.id}
               class={`pages-strip-segment${one.status === "proposed" ? " pages-strip-proposed" : ""}`}
-              style={{ left: `${left}%`, width: `${width}%`, backgroundColor: colour, color: inkOn(colour) }}
+              style={{
+                left: `${left}%`, width: `${width}%`, "--label": paint(colours, "90deg"), color: inkOn(colours),
+              }}
               title={one.label}
             >
               {!props.small && one.label}

@@ -3,9 +3,12 @@ import type { Overview } from "../api/messages";
 import { sumUp } from "./progress";
 
 type Work = Overview["takes"][number]["by"][number];
-const by = (person: string, segments: number, reviewed: number): Work => ({ person, mode: "review", segments, reviewed, done: false, unpublished: 0 });
+const by = (person: string, segments: number, reviewed: number): Work => ({
+  person, mode: "review", segments, reviewed, done: false, unpublished: 0,
+});
 const person = (name: string, unpublished: number, active_seconds: number): Overview["people"][number] => ({
-  person: name, is_lead: false, takes: 1, reviewed: 0, edits: 0, unpublished, active_seconds, seconds_per_minute: null, last_active: null,
+  person: name, is_lead: false, takes: 1, reviewed: 0, edits: 0, unpublished, active_seconds,
+  seconds_per_minute: null, last_active: null,
 });
 
 it("counts each take once, by who is furthest", () => {

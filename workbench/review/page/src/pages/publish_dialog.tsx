@@ -5,10 +5,10 @@ import type { PublishAnswer, PublishChange, PublishConflict, PublishPlan } from 
 import { DialogFrame } from "../shell/dialog_frame";
 import { openTake, refresh, tellTabs } from "../state/actions";
 import { describeError } from "../state/notices";
-import { corpus, dialog, notice, page, purpose, saving } from "../state/state";
+import { corpus, dialog, notice, page, purpose, saving, unpublished } from "../state/state";
 import { say } from "../words";
+import { formatTime, sayCount } from "../words/numbers";
 import { useLoaded } from "./loading";
-import { formatTime, sayCount } from "./numbers";
 import { Message, Strip, WhenLoaded } from "./pieces";
 import {
   type TierChanges, countKinds, describeChange, groupChanges, isDecided, keepChoices, proposeMessage,
@@ -57,7 +57,10 @@ export function PublishDialog() {
       );
       notice.value = {
         tone: "info",
-        text: `${sayCount("publish.done", answer.changes)} ${sayCount("publish.in.takes", answer.takes)} (${answer.snapshot.slice(0, 8)})`,
+        text: [
+          sayCount("publish.done", answer.changes), sayCount("publish.in.takes", answer.takes),
+          `(${answer.snapshot.slice(0, 8)})`,
+        ].join(" "),
       };
       close();
       tellTabs({ kind: "corpus" });
@@ -99,7 +102,9 @@ export function PublishDialog() {
         {problem !== null && <Message tone="error">{problem}</Message>}
         {unsaved && <Message tone="warning">{say("publish.unsaved")}</Message>}
         <WhenLoaded of={plan}>
-          {(value) => <Plan plan={value} choices={choices} onChoose={(chosen) => setChoices({ ...choices, ...chosen })} />}
+          {(value) => (
+            <Plan plan={value} choices={choices} onChoose={(chosen) => setChoices({ ...choices, ...chosen })} />
+          )}
         </WhenLoaded>
       </div>
     </DialogFrame>
@@ -114,6 +119,7 @@ interface PlanProps {
 
 function Plan({ plan, choices, onChoose }: PlanProps) {
   const groups = groupChanges(plan.changes);
+  const edits = unpublished.value;
   const open = plan.conflicts.filter((one) => choices[one.key] === undefined).length;
   if (plan.changes.length + plan.conflicts.length + plan.held_back.length === 0) {
     return <p class="empty">{say("publish.nothing")}</p>;
@@ -168,6 +174,7 @@ function Plan({ plan, choices, onChoose }: PlanProps) {
             {countKinds(plan.changes).map(({ kind, count }) => (
               <span key={kind} class="badge">{sayCount(`publish.kind.${kind}`, count)}</span>
             ))}
+            {edits > plan.changes.length && <span class="soft small">{sayCount("publish.of-edits", edits)}</span>}
           </div>
           {groups.map((group, index) => (
             <details key={group.take} class="pages-take" open={index < 3 && group.count <= 60}>
@@ -262,7 +269,8 @@ function Conflict({ conflict, chosen, onChoose }: ConflictProps) {
   return (
     <fieldset class="pages-conflict">
       <legend>
-        <strong>{conflict.take}</strong> · {conflict.tier} · <span class="number">{formatTime(first, rate)} – {formatTime(last, rate)}</span>
+        <strong>{conflict.take}</strong> · {conflict.tier} ·{" "}
+        <span class="number">{formatTime(first, rate)} – {formatTime(last, rate)}</span>
       </legend>
       <p class="soft small">{say("publish.by", { author: conflict.author, message: conflict.message })}</p>
       {(["ours", "theirs", "base", "both"] as const)

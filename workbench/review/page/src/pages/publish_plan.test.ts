@@ -4,10 +4,14 @@ import { language } from "../words";
 import { countKinds, describeChange, groupChanges, isDecided, keepChoices, proposeMessage } from "./publish_plan";
 
 const segment = (onset: number, offset: number, label: string, more: Partial<Segment> = {}): Segment => ({
-  id: `${onset}`, onset, offset, label, confidence: null, status: "reviewed", origin: "human", revision: 1, kind: "interval", ...more,
+  id: `${onset}`, onset, offset, label, confidence: null, status: "reviewed", origin: "human", revision: 1,
+  kind: "interval", ...more,
 });
-const change = (kind: PublishChange["kind"], before: Segment[], after: Segment[], more: Partial<PublishChange> = {}): PublishChange => ({
-  take: "t1", purpose: "own", tier: "affect", kind, words: "as the server says", onset: (before[0] ?? after[0])!.onset, before, after, ...more,
+const change = (
+  kind: PublishChange["kind"], before: Segment[], after: Segment[], more: Partial<PublishChange> = {},
+): PublishChange => ({
+  take: "t1", purpose: "own", tier: "affect", kind, words: "as the server says",
+  onset: (before[0] ?? after[0])!.onset, before, after, ...more,
 });
 
 beforeEach(() => {
@@ -27,7 +31,7 @@ describe("describeChange", () => {
 
   it("says what came, went, fell apart and was joined", () => {
     const [a, b] = [segment(0, 100, "joy"), segment(100, 300, "fear")];
-    expect(describeChange(change("added", [], [b]), 200)).toBe("fear added (1 s)");
+    expect(describeChange(change("added", [], [b]), 200)).toBe("fear added (1.00 s)");
     expect(describeChange(change("removed", [a], []), 200)).toBe("joy deleted (500 ms)");
     expect(describeChange(change("split", [a], [a, b]), 200)).toBe("joy split into joy + fear");
     expect(describeChange(change("merged", [a, b], [a]), 200)).toBe("joy + fear merged into joy");
@@ -45,7 +49,10 @@ describe("plans", () => {
   const plan: PublishPlan = {
     plan: "p", snapshot: "s", changes, held_back: [],
     conflicts: [
-      { key: "k", take: "t1", purpose: "own", tier: "affect", onset: 0, offset: 9, author: "x", message: "m", base: [], ours: [], theirs: [], choices: ["ours", "theirs"] },
+      {
+        key: "k", take: "t1", purpose: "own", tier: "affect", onset: 0, offset: 9, author: "x", message: "m",
+        base: [], ours: [], theirs: [], choices: ["ours", "theirs"],
+      },
     ],
   };
 
@@ -53,7 +60,9 @@ describe("plans", () => {
     const groups = groupChanges(changes);
     expect(groups.map((one) => [one.take, one.count, one.tiers.length])).toEqual([["t1", 3, 2], ["t2", 1, 1]]);
     expect(groups[0]!.tiers[0]!.changes.map((one) => one.onset)).toEqual([10, 50]);
-    expect(countKinds(changes)).toEqual([{ kind: "accepted", count: 1 }, { kind: "edited", count: 1 }, { kind: "added", count: 2 }]);
+    expect(countKinds(changes)).toEqual([
+      { kind: "accepted", count: 1 }, { kind: "edited", count: 1 }, { kind: "added", count: 2 },
+    ]);
   });
 
   it("is decided only by a choice that is offered, and keeps it only while asked", () => {

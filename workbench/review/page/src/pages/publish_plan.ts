@@ -1,7 +1,7 @@
 /** What a publish plan comes to: grouped by take and tier, counted, and said in the language of the page. */
 import type { PublishChange, PublishPlan, Purpose, Segment } from "../api/messages";
 import { say } from "../words";
-import { formatLength, formatNumber, sayCount } from "./numbers";
+import { formatLength, formatNumber, sayCount } from "../words/numbers";
 
 export interface TierChanges {
   take: string;
@@ -46,7 +46,7 @@ export function countKinds(changes: PublishChange[]): { kind: PublishChange["kin
 }
 
 /** Whether a proposal was taken as it was. */
-export function isAcceptance(change: PublishChange): boolean {
+function isAcceptance(change: PublishChange): boolean {
   const [before, after] = [change.before[0], change.after[0]];
   if (change.kind !== "edited" || before === undefined || after === undefined) return false;
   const same = before.label === after.label && before.onset === after.onset && before.offset === after.offset;

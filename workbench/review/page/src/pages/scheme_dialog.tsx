@@ -64,7 +64,9 @@ export function SchemeDialog() {
   const foot = (
     <>
       <span class="dialog-foot-left soft small" aria-live="polite">
-        {busy ? say("scheme.busy") : done ? `✓ ${say("scheme.saved")}` : isLead ? say("scheme.each") : say("scheme.read_only")}
+        {busy
+          ? say("scheme.busy")
+          : done ? `✓ ${say("scheme.saved")}` : say(isLead ? "scheme.each" : "scheme.read_only")}
       </span>
       <button type="button" class="button" onClick={close}>{say("pages.close")}</button>
     </>

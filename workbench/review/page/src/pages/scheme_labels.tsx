@@ -4,9 +4,9 @@ import type { SchemeLabel, Vocabulary } from "../api/messages";
 import { Key, Swatch } from "../shell/pieces";
 import { session } from "../state/state";
 import { say } from "../words";
+import { formatNumber, sayCount } from "../words/numbers";
 import { findConfusions } from "./colours";
 import { LabelForm } from "./label_form";
-import { formatNumber, sayCount } from "./numbers";
 import { LabelName, Message } from "./pieces";
 import type { SchemeViewProps } from "./scheme_dialog";
 import { findFreeColour, findFreeKey, findKeyClashes, moveLabel } from "./scheme_rules";
@@ -26,6 +26,10 @@ export function SchemeLabels({ vocabulary, change, mayChange }: SchemeViewProps)
 
   const row = (one: SchemeLabel, index: number, all: SchemeLabel[]) => {
     const is = open !== null && open.label === one.label;
+    const which = { vocabulary: vocabulary.name, label: one.label };
+    const move = (by: 1 | -1) => {
+      void change({ kind: "order", vocabulary: vocabulary.name, labels: moveLabel(vocabulary.labels, one.label, by) });
+    };
     return [
       <tr key={one.label} aria-selected={is} class={one.retired ? "pages-retired" : ""}>
         {isLead && (
@@ -38,7 +42,7 @@ export function SchemeLabels({ vocabulary, change, mayChange }: SchemeViewProps)
                   disabled={!mayChange || index === 0}
                   aria-label={say("scheme.up", { label: one.label })}
                   title={say("scheme.up", { label: one.label })}
-                  onClick={() => void change({ kind: "order", vocabulary: vocabulary.name, labels: moveLabel(vocabulary.labels, one.label, -1) })}
+                  onClick={() => move(-1)}
                 >
                   ↑
                 </button>
@@ -48,7 +52,7 @@ export function SchemeLabels({ vocabulary, change, mayChange }: SchemeViewProps)
                   disabled={!mayChange || index === all.length - 1}
                   aria-label={say("scheme.down", { label: one.label })}
                   title={say("scheme.down", { label: one.label })}
-                  onClick={() => void change({ kind: "order", vocabulary: vocabulary.name, labels: moveLabel(vocabulary.labels, one.label, 1) })}
+                  onClick={() => move(1)}
                 >
                   ↓
                 </button>
@@ -58,15 +62,17 @@ export function SchemeLabels({ vocabulary, change, mayChange }: SchemeViewProps)
         )}
         <td>
           <span class="row">
-            <Swatch colour={one.colour} /> <strong class="elide">{one.label}</strong>
+            <Swatch colours={[one.colour]} /> <strong class="elide">{one.label}</strong>
             {one.retired && <span class="badge">{say("scheme.retired")}</span>}
           </span>
         </td>
         <td>
-          {clashes.has(one.key) ? <span class="pages-clash"><Key keys={one.key} /> ⚠</span> : <Key keys={one.retired ? "" : one.key} />}
+          {clashes.has(one.key)
+            ? <span class="pages-clash"><Key keys={one.key} /> ⚠</span>
+            : <Key keys={one.retired ? "" : one.key} />}
         </td>
         <td class="pages-note">
-          {one.note === "" ? <span class="faint">{say("manual.no_note")}</span> : one.note}
+          {one.note === "" ? <span class="soft">{say("manual.no_note")}</span> : one.note}
           {one.aliases.length > 0 && (
             <span class="soft small"> {say("scheme.also", { names: one.aliases.join(", ") })}</span>
           )}
@@ -112,8 +118,8 @@ export function SchemeLabels({ vocabulary, change, mayChange }: SchemeViewProps)
                   const { name, colour, key, note } = to;
                   const described = colour !== one.colour || key !== one.key || note !== one.note;
                   void change(
-                    ...(described ? [{ kind: "describe" as const, vocabulary: vocabulary.name, label: one.label, colour, key, note }] : []),
-                    ...(name !== one.label ? [{ kind: "rename" as const, vocabulary: vocabulary.name, label: one.label, to: name }] : []),
+                    ...(described ? [{ kind: "describe" as const, ...which, colour, key, note }] : []),
+                    ...(name !== one.label ? [{ kind: "rename" as const, ...which, to: name }] : []),
                   ).then(done);
                 }} />
             )}
@@ -123,12 +129,16 @@ export function SchemeLabels({ vocabulary, change, mayChange }: SchemeViewProps)
                 vocabulary={vocabulary}
                 mayChange={mayChange}
                 onCancel={() => setOpen(null)}
-                onMerge={(into) => void change({ kind: "merge", vocabulary: vocabulary.name, labels: [one.label], into }).then(done)}
+                onMerge={(into) => {
+                  void change({ kind: "merge", vocabulary: vocabulary.name, labels: [one.label], into }).then(done);
+                }}
               />
             )}
             {open.doing === "retire" && (
               <Ask
-                text={one.segments > 0 ? sayCount("scheme.retire.used", one.segments, { label: one.label }) : say("scheme.retire.unused", { label: one.label })}
+                text={one.segments > 0
+                  ? sayCount("scheme.retire.used", one.segments, { label: one.label })
+                  : say("scheme.retire.unused", { label: one.label })}
                 action={say("scheme.retire")}
                 mayChange={mayChange}
                 onCancel={() => setOpen(null)}
@@ -182,8 +192,13 @@ export function SchemeLabels({ vocabulary, change, mayChange }: SchemeViewProps)
             vocabulary={vocabulary}
             busy={!mayChange}
             onCancel={() => setOpen(null)}
-            label={{ label: "", colour: findFreeColour(vocabulary.labels), key: findFreeKey(vocabulary.labels), note: "", aliases: [], retired: false, segments: 0 }}
-            onSave={({ name, colour, key, note }) => void change({ kind: "add", vocabulary: vocabulary.name, label: name, colour, key, note }).then(done)}
+            label={{
+              label: "", colour: findFreeColour(vocabulary.labels), key: findFreeKey(vocabulary.labels), note: "",
+              aliases: [], retired: false, segments: 0,
+            }}
+            onSave={({ name: label, ...more }) => {
+              void change({ kind: "add", vocabulary: vocabulary.name, label, ...more }).then(done);
+            }}
           />
         </div>
       ) : (
@@ -223,7 +238,15 @@ function Ask(props: { text: string; action: string; mayChange: boolean; onDo: ()
   );
 }
 
-function Merge(props: { of: SchemeLabel; vocabulary: Vocabulary; mayChange: boolean; onMerge: (into: string) => void; onCancel: () => void }) {
+interface MergeProps {
+  of: SchemeLabel;
+  vocabulary: Vocabulary;
+  mayChange: boolean;
+  onMerge: (into: string) => void;
+  onCancel: () => void;
+}
+
+function Merge(props: MergeProps) {
   const others = props.vocabulary.labels.filter((one) => !one.retired && one.label !== props.of.label);
   const [into, setInto] = useState(others[0]?.label ?? "");
   return (

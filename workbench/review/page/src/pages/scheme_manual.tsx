@@ -11,7 +11,9 @@ export function SchemeManual({ vocabulary, change, mayChange }: SchemeViewProps)
   const blocks = useMemo(() => parseMarkdown(text), [text]);
   const isLead = session.value?.is_lead === true;
   const changed = text !== vocabulary.manual;
-  const read = text.trim() === "" ? <p class="empty">{say("manual.empty")}</p> : <MarkdownView blocks={blocks} prefix="draft-" />;
+  const read = text.trim() === ""
+    ? <p class="empty">{say("manual.empty")}</p>
+    : <MarkdownView blocks={blocks} prefix="draft-" />;
   if (!isLead) return <article class="prose">{read}</article>;
   return (
     <div class="stack pages-write">

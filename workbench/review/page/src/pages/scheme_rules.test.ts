@@ -8,7 +8,8 @@ const label = (name: string, more: Partial<SchemeLabel> = {}): SchemeLabel => ({
 
 it("checks names against all that mean a label", () => {
   const vocabulary: Vocabulary = {
-    name: "affect", tiers: ["affect"], transitions: true, manual: "", labels: [label("joy", { aliases: ["J"] }), label("old", { retired: true })],
+    name: "affect", tiers: ["affect"], transitions: true, manual: "",
+    labels: [label("joy", { aliases: ["J"] }), label("old", { retired: true })],
   };
   const taken = namesOf(vocabulary);
   const check = (name: string) => checkName(name, taken);
@@ -18,7 +19,9 @@ it("checks names against all that mean a label", () => {
 });
 
 it("finds keys that clash and keys that are free", () => {
-  const labels = [label("a", { key: "1" }), label("b", { key: "1" }), label("c", { key: "2", retired: true }), label("d"), label("e")];
+  const labels = [
+    label("a", { key: "1" }), label("b", { key: "1" }), label("c", { key: "2", retired: true }), label("d"), label("e"),
+  ];
   expect([...findKeyClashes(labels)]).toEqual([["1", ["a", "b"]]]);
   expect(findFreeKey(labels)).toBe("2");
 });

@@ -17,10 +17,12 @@ export function SchemeTiers({ vocabulary, change, mayChange }: SchemeTiersProps)
   const [own, setOwn] = useState(vocabulary === null);
   const [asked, setAsked] = useState<string | null>(null);
   const taken = (scheme.value?.vocabularies ?? []).flatMap((one) => [...one.tiers, one.name]);
-  const problem = checkName(name, own ? taken : taken.filter((one) => one !== vocabulary?.name || vocabulary.tiers.includes(one)));
+  const isFree = (one: string) => !own && one === vocabulary?.name && !vocabulary.tiers.includes(one);
+  const problem = checkName(name, taken.filter((one) => !isFree(one)));
   const add = async (): Promise<void> => {
     if (problem !== null || !mayChange) return;
-    if (await change({ kind: "add-tier", tier: name, vocabulary: own ? null : (vocabulary?.name ?? null) })) setName("");
+    const of = own ? null : (vocabulary?.name ?? null);
+    if (await change({ kind: "add-tier", tier: name, vocabulary: of })) setName("");
   };
   return (
     <div class="stack">
@@ -45,7 +47,10 @@ export function SchemeTiers({ vocabulary, change, mayChange }: SchemeTiersProps)
                       type="button"
                       class="button button-small button-danger"
                       disabled={!mayChange}
-                      onClick={() => void change({ kind: "remove-tier", tier, vocabulary: vocabulary.name }).then(() => setAsked(null))}
+                      onClick={() => {
+                        const removal = { kind: "remove-tier" as const, tier, vocabulary: vocabulary.name };
+                        void change(removal).then(() => setAsked(null));
+                      }}
                     >
                       {say("scheme.tiers.remove")}
                     </button>

@@ -6,6 +6,7 @@ import { type ThemeChoice, themeChoice } from "../shell/theme";
 import { saveSettings } from "../state/actions";
 import { dialog, session, showMarkers, showVideo } from "../state/state";
 import { type Language, language, say } from "../words";
+import { OwnPassword } from "./own_password";
 
 const close = (): void => void (dialog.value = null);
 const keep = (change: Settings): void => void saveSettings(change);
@@ -13,10 +14,6 @@ const keep = (change: Settings): void => void saveSettings(change);
 export function SettingsDialog() {
   const person = session.value;
   const plays = person?.settings["playOnArrival"] === true;
-  const chooseLanguage = (chosen: Language): void => {
-    language.value = chosen;
-    keep({ language: chosen });
-  };
   return (
     <DialogFrame
       title={say("settings.title")}
@@ -24,13 +21,14 @@ export function SettingsDialog() {
       foot={<button type="button" class="button button-primary" onClick={close}>{say("pages.close")}</button>}
     >
       <div class="pages-settings">
-        <Choice<Language> name={say("settings.language")} chosen={language.value} onChoose={chooseLanguage}
+        <Choice<Language> name={say("settings.language")} chosen={language.value}
+          onChoose={(chosen) => keep({ language: chosen })}
           of={[["en", "English"], ["fr", "Français"]]} />
         <Choice<ThemeChoice>
           name={say("settings.theme")}
           chosen={themeChoice.value}
           onChoose={(theme) => keep({ theme })}
-          of={[["system", say("settings.theme.system")], ["light", say("settings.theme.light")], ["dark", say("settings.theme.dark")]]}
+          of={(["system", "light", "dark"] as const).map((one) => [one, say(`settings.theme.${one}`)])}
         />
         <fieldset>
           <legend>{say("settings.queue")}</legend>
@@ -40,13 +38,13 @@ export function SettingsDialog() {
           <legend>{say("settings.shown")}</legend>
           <Switch
             checked={showVideo.value}
-            onChange={(video) => { showVideo.value = video; keep({ video }); }}
+            onChange={(video) => keep({ video })}
           >
             {say("settings.video")}
           </Switch>
           <Switch
             checked={showMarkers.value}
-            onChange={(markers) => { showMarkers.value = markers; keep({ markers }); }}
+            onChange={(markers) => keep({ markers })}
           >
             {say("settings.markers")}
           </Switch>
@@ -59,6 +57,7 @@ export function SettingsDialog() {
             </button>
           </div>
         </fieldset>
+        {person?.named && <OwnPassword />}
         {person !== null && (
           <p class="soft small">
             {say(person.named ? "settings.person" : "settings.person.token", { person: person.person })}{" "}

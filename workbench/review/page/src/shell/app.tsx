@@ -5,7 +5,7 @@ import { HelpDialog } from "../keyboard/help";
 import { installKeyboard } from "../keyboard/bindings";
 import { Dialogs, Pages } from "../pages";
 import { start } from "../state/actions";
-import { login, page, scene, session, starting } from "../state/state";
+import { arriving, login, page, scene, session, starting } from "../state/state";
 import "../style/index.css";
 import { language, say } from "../words";
 import { Centre } from "./centre";
@@ -35,7 +35,7 @@ export function mount(root: HTMLElement): void {
   void start();
 }
 
-export function App() {
+function App() {
   if (session.value === null) {
     return starting.value ? <div class="waiting-place"><Spinner /></div> : <Login />;
   }
@@ -43,7 +43,7 @@ export function App() {
   return (
     <>
       <div class="shell" data-left={isFolded("left") ? "folded" : "open"}
-        data-right={isFolded("right") ? "folded" : "open"}>
+        data-right={isFolded("right") ? "folded" : "open"} data-arriving={arriving.value !== null || undefined}>
         <a class="skip" href="#timeline">{say("app.skip")}</a>
         <TopBar />
         <div class="strips"><UnsavedStrip /><ProblemStrips /></div>

@@ -5,7 +5,7 @@ import { describeKeys, perform } from "../keyboard/bindings";
 import { edit } from "../state/actions";
 import { activeTier, clock, scene } from "../state/state";
 import { say } from "../words";
-import { formatTime } from "./format";
+import { formatTime } from "../words/numbers";
 import { readFrame } from "./matching";
 
 /** Frames that a nudge moves. */

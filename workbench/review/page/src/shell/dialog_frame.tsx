@@ -29,6 +29,8 @@ export function DialogFrame(props: DialogFrameProps) {
     const before = document.activeElement;
     if (modal) dialog.showModal();
     else dialog.show();
+    // The browser would give the focus to the first button, which closes: an early Enter would do that.
+    if (dialog.querySelector("[autofocus]") === null) dialog.focus({ preventScroll: true });
     return () => {
       dialog.close();
       if (before instanceof HTMLElement && before.isConnected) before.focus({ preventScroll: true });
@@ -40,6 +42,7 @@ export function DialogFrame(props: DialogFrameProps) {
       ref={element}
       class={`dialog${size}${props.class === undefined ? "" : ` ${props.class}`}`}
       aria-labelledby={title}
+      tabIndex={-1}
       onCancel={(event) => {
         // Escape: the page's own state closes it, so that both agree.
         event.preventDefault();

@@ -19,7 +19,9 @@ export const LeftPanelIcon = () => <Icon><path d="M2 3h12v10H2zM6 3v10" /></Icon
 export const RightPanelIcon = () => <Icon><path d="M2 3h12v10H2zM10 3v10" /></Icon>;
 export const DownIcon = () => <Icon><path d="M4.5 6.5L8 10l3.5-3.5" /></Icon>;
 export const LoopIcon = () => (
-  <Icon><path d="M11 2l2.5 2.5L11 7M13 4.5H5A2.5 2.5 0 0 0 2.5 7M5 14l-2.5-2.5L5 9M3 11.5h8A2.5 2.5 0 0 0 13.5 9" /></Icon>
+  <Icon>
+    <path d="M11 2l2.5 2.5L11 7M13 4.5H5A2.5 2.5 0 0 0 2.5 7M5 14l-2.5-2.5L5 9M3 11.5h8A2.5 2.5 0 0 0 13.5 9" />
+  </Icon>
 );
 export const PreviousIcon = () => <Icon><path d="M10 3.5L5.5 8l4.5 4.5" /></Icon>;
 export const NextIcon = () => <Icon><path d="M6 3.5L10.5 8 6 12.5" /></Icon>;

@@ -1,5 +1,4 @@
 import { describe, expect, it } from "vitest";
-import { formatLength, formatTime } from "./format";
 import { clampShare, SHARES } from "./layout";
 import { listValues, matchesTake, nameOf, readFrame } from "./matching";
 import { rowsInSight } from "./rows";
@@ -23,14 +22,6 @@ describe("a frame that is typed", () => {
 });
 
 describe("texts", () => {
-  it("of times are exact to the millisecond", () => {
-    expect(formatTime(0, 200)).toBe("0:00.000");
-    expect(formatTime(12_001, 200)).toBe("1:00.005");
-    expect(formatTime(11_999.99, 200)).toBe("1:00.000");
-    expect(formatTime(200 * 3661, 200)).toBe("1:01:01.000");
-    expect(formatLength(59.6)).toBe("1:00");
-    expect(formatLength(3725)).toBe("1:02:05");
-  });
   it("of places are their last part", () => {
     expect([nameOf("/data/lsf/"), nameOf("C:\\data\\lsf"), nameOf("lsf"), nameOf("/"),
       nameOf("s3://bucket/faces")]).toEqual(

@@ -7,9 +7,15 @@ export function Key(props: { keys: string }) {
   return props.keys === "" ? null : <kbd class="key">{props.keys}</kbd>;
 }
 
-/** A label's colour; the label itself stands beside it, so a reader of the screen is not told. */
-export function Swatch(props: { colour: string }) {
-  return <span class="swatch" style={{ backgroundColor: props.colour }} aria-hidden="true" />;
+/** A label's colour (two of a transition); the label itself stands beside it, so a reader of the screen is not told. */
+export function Swatch(props: { colours: readonly string[] }) {
+  return <span class="swatch" style={{ background: paint(props.colours, "135deg") }} aria-hidden="true" />;
+}
+
+/** One colour, or two of a transition beside each other. */
+export function paint(colours: readonly string[], direction: string): string {
+  const [from = "transparent", to = from] = colours;
+  return `linear-gradient(${direction}, ${from} 50%, ${to} 50%)`;
 }
 
 /** How sure somebody was, as a bar and in percent; "–" where nobody said. */

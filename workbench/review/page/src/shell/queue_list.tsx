@@ -5,8 +5,8 @@ import { openItem } from "../state/actions";
 import { corpus, scene, selection, shownQueue } from "../state/state";
 import { place } from "../state/walking";
 import { say } from "../words";
-import { colourOf } from "./colours";
-import { formatNumber, formatTime } from "./format";
+import { formatFixed, formatTime } from "../words/numbers";
+import { coloursOf } from "../labels/shown";
 import { Confidence, StatusBadge, Swatch } from "./pieces";
 import { ROW, rowsInSight } from "./rows";
 
@@ -104,7 +104,7 @@ function Row({ item, index, count, isChosen, isActive }: RowProps) {
       data-segment={item.id}
     >
       <span class="queue-row-line">
-        <Swatch colour={colourOf(item.label, item.tier)} />
+        <Swatch colours={coloursOf(item.label, item.tier)} />
         <strong class="elide">{item.label}</strong>
         {item.second !== "" && item.status === "proposed" && (
           <span class="soft small elide">{say("queue.second", { label: item.second })}</span>
@@ -115,7 +115,7 @@ function Row({ item, index, count, isChosen, isActive }: RowProps) {
       <span class="queue-row-line soft small">
         <span class="elide" title={item.take}>{item.take}</span>
         <span class="grow" />
-        <span class="number">{formatTime(item.onset, rate)} · {formatNumber(item.seconds, 2)} s</span>
+        <span class="number">{formatTime(item.onset, rate)} · {formatFixed(item.seconds, 2)} s</span>
       </span>
     </div>
   );

@@ -4,10 +4,10 @@ import { saveSettings } from "../state/actions";
 import { countFilters, type Filters } from "../state/queue";
 import { draft, filters, pace, queue, session, shownQueue } from "../state/state";
 import { say } from "../words";
-import { formatNumber } from "./format";
+import { formatNumber } from "../words/numbers";
 import { DownIcon, LoopIcon } from "./icons";
 import { listValues } from "./matching";
-import { Spinner } from "./pieces";
+import { Command, Spinner } from "./pieces";
 import { QueueList } from "./queue_list";
 
 const NO_FILTERS = { label: null, signer: null, status: "proposed", confidence: 1, take: "all" } as const;
@@ -22,7 +22,9 @@ export function QueuePanel() {
         <h2>{say("queue.title")}</h2>
         <span class="soft number" data-count={items.length}>{formatNumber(items.length)}</span>
         <span class="grow" />
-        {queue.value !== null && !queue.value.ready && <span title={say("queue.counting")}><Spinner /></span>}
+        {queue.value !== null && !queue.value.ready && queue.value.items.length > 0 && (
+          <span title={say("queue.counting")}><Spinner /></span>
+        )}
         <button type="button" class="button button-small button-quiet" aria-expanded={isOpen}
           onClick={() => setOpen(!isOpen)}>
           {count === 0 ? say("queue.filters") : say("queue.filters-set", { count })} <DownIcon />
@@ -106,9 +108,11 @@ function Nothing(props: { count: number }) {
     queue.value.items.length === 0 ? say(draft.value?.mode === "blind" ? "queue.none-blind" : "queue.empty")
     : props.count > 0 ? say("queue.nothing-filtered")
     : remaining ? say("queue.nothing") : say("queue.all-done");
+  const isNew = queue.value.items.length === 0 && draft.value !== null && draft.value.mode !== "blind";
   return (
     <div class="queue-nothing">
       <p class="empty">{text}</p>
+      {isNew && <p class="empty small queue-hint">{say("queue.empty-hint")} <Command text="mimique label CORPUS" /></p>}
       {props.count > 0 && (
         <button type="button" class="button button-small" onClick={() => set(NO_FILTERS)}>{say("queue.clear")}</button>
       )}

@@ -4,13 +4,14 @@ import type { Segment } from "../api/messages";
 import { post } from "../api/client";
 import { edit, refresh, tellError } from "../state/actions";
 import {
-  activeTier, activeVocabulary, chosen, clock, dialog, draft, marked, queue, scene, selection,
+  activeSegments, activeTier, activeVocabulary, chosen, clock, dialog, draft, marked, queue, scene, selection,
 } from "../state/state";
-import { say } from "../words";
+import { language, say } from "../words";
+import { formatFixed, formatNumber, formatTime } from "../words/numbers";
+import { fitsBetween, nameLabel } from "../labels/labels";
+import { coloursOf, labelOf } from "../labels/shown";
 import { BoundaryField } from "./boundary_field";
-import { colourOf } from "./colours";
 import { CommandButton } from "./command_button";
-import { formatNumber, formatTime } from "./format";
 import { CheckIcon } from "./icons";
 import { LabelButtons } from "./label_buttons";
 import { Confidence, StatusBadge, Swatch } from "./pieces";
@@ -28,7 +29,12 @@ export function SegmentPanel() {
         <BlindCard />
         {segment === null ? <NoSegment /> : <ChosenSegment segment={segment} />}
         <Marks />
-        <h3 class="heading">{say("segment.labels")}</h3>
+        <div class="row spread">
+          <h3 class="heading">{say("segment.labels")}</h3>
+          {activeVocabulary.value?.transitions === true && (
+            <CommandButton id="edit.transition" class="button-small">{say("action.transition")}</CommandButton>
+          )}
+        </div>
         <LabelButtons />
         {segment !== null && <Note label={segment.label} />}
         <Others />
@@ -85,18 +91,22 @@ function ChosenSegment({ segment }: { segment: Segment }) {
   const many = selection.value.length;
   const length = segment.offset - segment.onset;
   const loop = clock.loop.value;
+  const meant = labelOf(segment.label);
+  const name = meant?.label === segment.label ? nameLabel(meant, language.value) : "";
   return (
     <>
       <div class="segment-label">
-        <Swatch colour={colourOf(segment.label)} />
+        <Swatch colours={coloursOf(segment.label)} />
         <strong class="elide" title={segment.label} data-chosen={segment.id}>{segment.label}</strong>
+        {name !== "" && <span class="soft elide segment-name">{name}</span>}
         <span class="grow" />
         <Confidence value={segment.confidence} />
       </div>
+      {isUnfit(segment) && <p class="message message-warning small">{say("segment.unfit")}</p>}
       {many > 1 && <p class="message message-info">{say("segment.many", { count: many })}</p>}
       <p class="soft small number row spread">
         <span>
-          {say("segment.duration", { seconds: formatNumber(length / rate, 3), frames: formatNumber(length) })}
+          {say("segment.duration", { seconds: formatFixed(length / rate, 3), frames: formatNumber(length) })}
         </span>
         <span>{say(`origin.${segment.origin}`)}</span>
       </p>
@@ -124,6 +134,16 @@ function ChosenSegment({ segment }: { segment: Segment }) {
   );
 }
 
+/** Whether a segment is a transition that its neighbours contradict: one of them was relabelled. */
+function isUnfit(segment: Segment): boolean {
+  const segments = activeSegments.value;
+  const at = segments.indexOf(segment);
+  const [before, after] = [segments[at - 1], segments[at + 1]];
+  const left = before?.offset === segment.onset ? before.label : "";
+  const right = after?.onset === segment.offset ? after.label : "";
+  return !fitsBetween(activeVocabulary.value, segment.label, left, right);
+}
+
 /** The model's likeliest other label, one click away. */
 function Second({ segment }: { segment: Segment }) {
   const item = queue.value?.items.find((one) => one.id === segment.id && one.take === scene.value?.take);
@@ -132,14 +152,14 @@ function Second({ segment }: { segment: Segment }) {
   return (
     <button type="button" class="button button-small second" title={say("segment.second-hint")}
       onClick={() => void edit({ kind: "relabel", tier, segments: [segment.id], label: item.second })}>
-      <Swatch colour={colourOf(item.second)} />
+      <Swatch colours={coloursOf(item.second)} />
       <span class="elide">{say("segment.second", { label: item.second })}</span>
     </button>
   );
 }
 
 function Note({ label }: { label: string }) {
-  const note = activeVocabulary.value?.labels.find((one) => one.label === label)?.note ?? "";
+  const note = labelOf(label)?.note ?? "";
   if (note === "") return null;
   return (
     <div class="note">

@@ -4,7 +4,7 @@ import type { TakeRow } from "../api/messages";
 import { openTake } from "../state/actions";
 import { corpus, opening, scene } from "../state/state";
 import { say } from "../words";
-import { formatLength } from "./format";
+import { formatMinutes } from "../words/numbers";
 import { CheckIcon, DownIcon, NextIcon, PreviousIcon } from "./icons";
 import { matchesTake } from "./matching";
 import { Spinner } from "./pieces";
@@ -87,7 +87,7 @@ function TakeList(props: { takes: TakeRow[]; current: string | null; close: () =
             <span class="grow stack take-item">
               <span class="elide">{row.take}</span>
               <span class="soft small elide">
-                {row.refusal ?? [row.signer, row.protocol, formatLength(row.seconds)].filter(Boolean).join(" · ")}
+                {row.refusal ?? [row.signer, row.protocol, formatMinutes(row.seconds)].filter(Boolean).join(" · ")}
               </span>
             </span>
             {row.mode === "blind" && <span class="badge badge-blind">{say("top.blind")}</span>}

@@ -4,7 +4,7 @@ import { describeKeys } from "../keyboard/bindings";
 import { describeStep, redo, saveSettings, undo } from "../state/actions";
 import { dialog, draft, pace, page, session, settling, unpublished } from "../state/state";
 import { say } from "../words";
-import { formatNumber } from "./format";
+import { formatFixed, formatNumber } from "../words/numbers";
 import { LeftPanelIcon, RedoIcon, RightPanelIcon, UndoIcon } from "./icons";
 import { isFolded } from "./layout";
 import { MainMenu, showPage } from "./main_menu";
@@ -66,9 +66,9 @@ function Progress() {
   const minutes = now.minutes_left;
   const more =
     minutes === null ? "" : minutes < 90 ? say("queue.minutes-left", { minutes: formatNumber(Math.ceil(minutes)) })
-    : say("queue.hours-left", { hours: formatNumber(minutes / 60, 1) });
+    : say("queue.hours-left", { hours: formatFixed(minutes / 60, 1) });
   const progress = say("queue.progress", { reviewed: now.reviewed, total: now.reviewed + now.remaining });
-  const speed = now.per_minute === null ? "" : formatNumber(now.per_minute, now.per_minute < 10 ? 1 : 0);
+  const speed = now.per_minute === null ? "" : formatFixed(now.per_minute, now.per_minute < 10 ? 1 : 0);
   const words = [say("top.left", { count: formatNumber(now.remaining) }), speed && say("top.pace", { count: speed })];
   return (
     <span class="soft number progress" title={[progress, more].filter(Boolean).join(" · ")} data-left={now.remaining}>

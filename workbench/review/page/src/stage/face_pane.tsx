@@ -6,7 +6,7 @@ import type { Scene } from "../api/messages";
 import type { ChunkedFrames } from "../frames/chunks";
 import { openFrames, sameMoment } from "../frames/takes";
 import { Spinner } from "../shell/pieces";
-import { clock, showMarkers } from "../state/state";
+import { beside, clock, showMarkers } from "../state/state";
 import { say } from "../words";
 import { FaceView } from "./face_view";
 import { addFace } from "./faces";
@@ -151,7 +151,9 @@ function look(source: ChunkedFrames, frame: number, pace: number) {
   return source.at(frame);
 }
 
+/** What a face is; beside another one, what the two most often differ by comes first. */
 function describe(scene: Scene): string {
-  const known = [scene.take, scene.signer, scene.protocol, scene.solve].filter((one) => one !== null && one !== "");
-  return known.join(" · ");
+  const { take, signer, protocol, solve } = scene;
+  const parts = beside.value === null ? [take, signer, protocol, solve] : [solve, take, signer, protocol];
+  return parts.filter((one) => one !== null && one !== "").join(" · ");
 }

@@ -71,7 +71,7 @@ export class FaceView {
     }
     this.#parts = (rig?.parts ?? []).map((part) => new RigMesh(part, this.#isSoftware));
     for (const part of this.#parts) this.#scene.add(part.mesh);
-    this.#face = rig?.face ?? null;
+    this.#face = rig?.head ?? null;
     for (const part of this.#parts) part.matchShapes(this.#shapes);
     this.#place();
   }

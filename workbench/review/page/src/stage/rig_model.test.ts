@@ -5,9 +5,9 @@ import { parseRig } from "./rig_model";
 // three asks for the window's name where a browser has it.
 beforeAll(() => void Object.assign(globalThis, { self: globalThis }));
 
-/** A .glb of one sheet of 3 by 2 vertices, 0.2 m high, and two shapes; by hand after the glTF 2.0 specification. */
-function makeFile(names = ["jawOpen", "mouth/Smile é"]): ArrayBuffer {
-  const neutral = Float32Array.of(0, 0, 0, 0.1, 0, 0, 0, 0.1, 0, 0.1, 0.1, 0, 0, 0.2, 0, 0.1, 0.2, 0);
+/** A .glb of one sheet of 3 by 2 vertices, and two shapes; by hand after the glTF 2.0 specification. */
+function makeFile(names = ["jawOpen", "mouth/Smile é"], top = 0.2): ArrayBuffer {
+  const neutral = Float32Array.of(0, 0, 0, 0.1, 0, 0, 0, 0.1, 0, 0.1, 0.1, 0, 0, top, 0, 0.1, top, 0);
   const normals = Float32Array.from({ length: 18 }, (_, i) => (i % 3 === 2 ? 1 : 0));
   const first = new Float32Array(18), second = new Float32Array(18);
   first.set([0, -0.02, 0, 0, -0.02, 0]);
@@ -58,10 +58,15 @@ describe("a rig's file", () => {
     expect(rig.parts[0]!.hasColours).toBe(false);
   });
 
-  it("shows what moves, and a forehead above it, but no farther than the mesh goes", async () => {
-    const { face } = await parseRig("sheet", makeFile());
-    expect(face.min.y).toBe(0);
-    expect(face.max.y).toBeCloseTo(0.128, 6);
+  it("shows what moves, up to the crown", async () => {
+    const { head } = await parseRig("sheet", makeFile());
+    expect([head.min.y, head.max.x]).toEqual([0, Math.fround(0.1)]);
+    expect(head.max.y).toBeCloseTo(0.2, 6);
+  });
+
+  it("leaves out a hat that is higher than the face", async () => {
+    const { head } = await parseRig("sheet", makeFile(undefined, 0.5));
+    expect(head.max.y).toBeCloseTo(0.128, 6);
   });
 
   it("turns normals with each shape", async () => {

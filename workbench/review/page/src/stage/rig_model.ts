@@ -19,14 +19,17 @@ export interface RigModel {
   name: string;
   parts: RigPart[];
   nVertices: number;
-  /** What a person looks at, in m: what the shapes move, and the forehead; no shoulders, no back of the head. */
-  face: Box3;
+  /** What a person looks at, in m: what the shapes move, up to the crown, as wide as the skull; no shoulders. */
+  head: Box3;
 }
 
 /** m that a shape has to move a vertex for it to be part of what people look at. */
 const VISIBLE = 5e-3;
-/** How much of the moving part's height is added above it. */
+/** Heights of the moving part that the crown may lie above it, and what is added where it lies higher. */
+const CROWN = 1;
 const FOREHEAD = 0.28;
+/** Heights of the moving part that a skull may be wider than it, to each side. */
+const SKULL = 0.5;
 /**
  * What nobody sees and a processor need not blend: 0.05 mm, about a tenth of a picture's point, and a normal's turn of
  * half a degree. Real rigs have many such traces of their making: on one of 11 248 vertices two thirds of all changes.
@@ -61,7 +64,7 @@ export async function parseRig(name: string, bytes: ArrayBuffer): Promise<RigMod
   });
   if (parts.length === 0) throw new Error(`The rig ${name} holds no mesh.`);
   const nVertices = parts.reduce((sum, part) => sum + part.geometry.getAttribute("position").count, 0);
-  return { name, parts, nVertices, face: findFace(parts) };
+  return { name, parts, nVertices, head: findHead(parts) };
 }
 
 function makePart(mesh: Mesh<BufferGeometry>): RigPart {
@@ -91,8 +94,11 @@ function makeBlend(geometry: BufferGeometry, name: "position" | "normal"): Spars
   return new SparseBlend(neutral, changes.map((one) => one.array), UNSEEN[name]);
 }
 
-/** The box around all vertices that some shape moves visibly, with the forehead; around everything where none does. */
-function findFace(parts: RigPart[]): Box3 {
+/**
+ * The box of the head: what the shapes move, up to the crown and as wide as the skull. Around everything where no shape
+ * moves anything.
+ */
+function findHead(parts: RigPart[]): Box3 {
   const face = new Box3();
   const everything = new Box3();
   const point = new Vector3();
@@ -110,7 +116,21 @@ function findFace(parts: RigPart[]): Box3 {
     }
   }
   if (face.isEmpty()) return everything;
-  // Little moves above the brows, but a face without its forehead is hard to read.
-  face.max.y = Math.min(face.max.y + FOREHEAD * (face.max.y - face.min.y), everything.max.y);
-  return face;
+  const height = face.max.y - face.min.y;
+  // Raised hands or a hat would make the head small: then the forehead has to do.
+  const crown = everything.max.y - face.max.y <= CROWN * height ? everything.max.y : face.max.y + FOREHEAD * height;
+  const head = face.clone();
+  head.max.y = crown;
+  // Above the middle of the face stands the skull alone: no shoulders, no arms.
+  const middle = (face.min.y + face.max.y) / 2;
+  const reach = SKULL * height;
+  for (const { geometry } of parts) {
+    const position = geometry.getAttribute("position");
+    for (let vertex = 0; vertex < position.count; vertex++) {
+      point.fromBufferAttribute(position, vertex);
+      const isBeside = point.x < face.min.x - reach || point.x > face.max.x + reach || point.z < face.min.z - 2 * reach;
+      if (point.y >= middle && point.y <= crown && !isBeside) head.expandByPoint(point);
+    }
+  }
+  return head;
 }

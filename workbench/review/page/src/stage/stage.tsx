@@ -2,9 +2,10 @@
 import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import { useEffect } from "preact/hooks";
-import { describeKeys } from "../keyboard/bindings";
+import { describeKeys, perform } from "../keyboard/bindings";
 import { CloseIcon } from "../shell/icons";
 import { Command } from "../shell/pieces";
+import { showBeside } from "../state/actions";
 import { beside, corpus, scene, showMarkers, showVideo } from "../state/state";
 import { say, type WordKey } from "../words";
 import { besideScene, followBeside, listChoices, readChoice, writeChoice } from "./beside";
@@ -71,7 +72,7 @@ function Missing() {
 function CloseBeside() {
   return (
     <button type="button" class="button button-quiet button-icon button-small" aria-label={say("stage.beside-close")}
-      title={say("stage.beside-close")} onClick={() => (beside.value = null)}>
+      title={say("stage.beside-close")} onClick={() => showBeside(null)}>
       <CloseIcon />
     </button>
   );
@@ -99,14 +100,14 @@ function Tools(props: { video: number; onVideo: (index: number) => void }) {
       <button type="button" class="button button-small" disabled={!hasMarkers}
         aria-pressed={hasMarkers && showMarkers.value}
         title={hasMarkers ? withKeys(say("stage.markers"), "view.markers") : say("stage.no-markers")}
-        onClick={() => (showMarkers.value = !showMarkers.value)}>
+        onClick={() => perform("view.markers")}>
         {say("stage.markers")}
       </button>
       <label class="stage-choice">
         <span>{say("stage.beside")}</span>
         <select class="select" aria-label={say("stage.beside-name")}
           title={withKeys(say("stage.beside-name"), "view.beside")}
-          value={chosen} onChange={(event) => (beside.value = readChoice(event.currentTarget.value))}>
+          value={chosen} onChange={(event) => showBeside(readChoice(event.currentTarget.value))}>
           <option value="">{say("stage.beside-none")}</option>
           {chosen !== "" && !isListed && <option value={chosen}>{beside.value!.solve ?? beside.value!.take}</option>}
           {choices.solves.length > 0 && (
@@ -123,7 +124,7 @@ function Tools(props: { video: number; onVideo: (index: number) => void }) {
       </label>
       {shown.videos.length > 0 && (
         <button type="button" class="button button-small" aria-pressed={showVideo.value}
-          title={withKeys(say("stage.video"), "view.video")} onClick={() => (showVideo.value = !showVideo.value)}>
+          title={withKeys(say("stage.video"), "view.video")} onClick={() => perform("view.video")}>
           {say("stage.video")}
         </button>
       )}

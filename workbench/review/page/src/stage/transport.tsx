@@ -2,10 +2,11 @@
 import { useComputed, useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import { SPEEDS } from "../clock/clock";
-import { formatTime, parsePlace } from "../clock/times";
+import { parsePlace } from "../clock/times";
 import { describeKeys, perform } from "../keyboard/bindings";
 import { clock, scene } from "../state/state";
-import { language, say } from "../words";
+import { say } from "../words";
+import { formatTime } from "../words/numbers";
 import { BackIcon, EndIcon, ForwardIcon, LoopIcon, PauseIcon, PlayIcon, StartIcon } from "./icons";
 import "./stage.css";
 
@@ -57,7 +58,7 @@ export function Transport() {
 
 /** Where one is: time and frame. The text follows the clock by itself, without the bar being made anew. */
 function Place() {
-  const time = useComputed(() => formatTime(clock.frame.value / clock.rate, language.value));
+  const time = useComputed(() => formatTime(clock.frame.value, clock.rate));
   const typed = useSignal<string | null>(null);
   const isWrong = useSignal(false);
   const place = useComputed(() => typed.value ?? String(clock.frame.value));
@@ -73,7 +74,7 @@ function Place() {
   return (
     <div class="transport-place">
       <span class="transport-time" title={say("transport.time")}>
-        <span>{time}</span> <span class="soft">/ {formatTime(seconds, language.value)}</span>
+        <span>{time}</span> <span class="soft">/ {formatTime(seconds, 1)}</span>
       </span>
       <input
         class="input transport-frame"

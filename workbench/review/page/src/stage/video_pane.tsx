@@ -3,7 +3,8 @@ import { effect, useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { addressOf } from "../api/client";
 import type { Scene } from "../api/messages";
-import { clock } from "../state/state";
+import { saveSettings } from "../state/actions";
+import { clock, hasSound } from "../state/state";
 import { say } from "../words";
 import { followClock } from "./video_sync";
 
@@ -77,13 +78,21 @@ export function VideoPane({ take, video }: { take: string; video: Scene["videos"
           ref={element}
           class={`stage-video ${hasPicture.value && problem.value === null ? "" : "stage-no-picture"}`}
           src={addressOf("/api/video", { take, index: video.index })}
-          muted
+          muted={!hasSound.value}
           playsInline
           preload="auto"
           aria-label={say("stage.video-name", { name })}
         />
       )}
-      <figcaption class="stage-caption"><span class="elide" title={name}>{name}</span></figcaption>
+      <figcaption class="stage-caption">
+        <span class="elide" title={name}>{name}</span>
+        {video.problem === null && problem.value === null && (
+          <button type="button" class="button button-small button-quiet" aria-pressed={hasSound.value}
+            onClick={() => void saveSettings({ sound: !hasSound.value })}>
+            {say(hasSound.value ? "stage.sound-on" : "stage.sound-off")}
+          </button>
+        )}
+      </figcaption>
       {video.problem !== null && <p class="stage-says">{video.problem}</p>}
       {problem.value !== null && (
         <p class="stage-says">{say(problem.value === "lost" ? "stage.video-lost" : "stage.video-refused", { name })}</p>

@@ -6,7 +6,7 @@ export type Side = "front" | "left" | "right";
 /** Degrees from top to bottom of the picture: long enough a lens that a face keeps its proportions. */
 export const LENS = 22;
 /** The face fills this much of the picture's height or width, whichever is tighter. */
-const FILLED = 0.84;
+const FILLED = 0.92;
 
 export interface Viewpoint {
   /** Towards the camera, of length 1; +X is the subject's left, +Y up, +Z out of the face. */
@@ -28,7 +28,7 @@ export function lookFrom(side: Side): Viewpoint {
 }
 
 /** The distance at which a face is seen whole in a picture of this width per height. */
-export function fitDistance(face: Box3, aspect: number): number {
+function fitDistance(face: Box3, aspect: number): number {
   const size = face.getSize(new Vector3());
   const half = Math.tan((LENS * Math.PI) / 360);
   // Sideways a head is as deep as it is wide, so one width serves all sides.

@@ -54,7 +54,8 @@ class Server {
   }
 
   session(): Session {
-    return { person: this.person ?? "", is_lead: false, named: true, csrf: this.csrf, corpus: "c", place: "c", version: "1",
+    return { person: this.person ?? "", is_lead: false, named: true, csrf: this.csrf, corpus: "c", place: "c",
+      version: "1", snapshot: "S",
       settings: this.settings };
   }
 
@@ -277,6 +278,24 @@ describe("at work", () => {
     expect(page.state.scene.value?.take).toBe("t2");
     expect(page.state.opening.value).toBeNull();
   });
+  it("nothing is edited while another take is on its way, and the queue walks on from that one", async () => {
+    const page = await begin();
+    const items = page.state.queue.value!.items;
+    page.state.queue.value = {
+      ready: true, items: items.map((one, index) => (index === 0 ? one : { ...one, take: "t2" })),
+    };
+    page.actions.choose("a");
+    const second = page.actions.goTo(1);
+    expect(page.state.arriving.value).toBe("t2");
+    expect(await page.actions.edit(accept("a"))).toBe(false);
+    expect(page.state.notice.value?.text).toContain("t2");
+    const third = page.actions.goTo(1);
+    await Promise.all([second, third]);
+    expect(page.state.arriving.value).toBeNull();
+    expect(page.state.selection.value).toEqual(["c"]);
+    expect(server.edits).toEqual([]);
+  });
+
   it("coming back to a take finds the frame and the view", async () => {
     const page = await begin();
     page.state.clock.seek(321);

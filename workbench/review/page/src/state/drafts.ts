@@ -2,7 +2,7 @@
 import type { Draft, EditAnswer, Operation, Segment } from "../api/messages";
 
 /** Segments in time order; points that share a frame in the order of their ids. */
-export function sortSegments(segments: Segment[]): Segment[] {
+function sortSegments(segments: Segment[]): Segment[] {
   return segments.sort((a, b) => a.onset - b.onset || a.offset - b.offset || (a.id < b.id ? -1 : 1));
 }
 
@@ -92,7 +92,7 @@ export function followSelection(selection: string[], before: Segment[], after: S
 }
 
 /** The segments that have a frame in [onset, offset). */
-export function overlapping(segments: Segment[], onset: number, offset: number): Segment[] {
+function overlapping(segments: Segment[], onset: number, offset: number): Segment[] {
   return segments.filter((one) => one.onset < offset && one.offset > onset);
 }
 

@@ -9,7 +9,7 @@ import { makeRequestId, Outbox, type Entry, type Step } from "./outbox";
 import { updateQueue } from "./queue";
 import { countUnpublished, fetchAgain, refreshLater, showDraft } from "./refreshing";
 import {
-  activeSegments, activeTier, clock, draft, marked, purpose, queue, saving, scene, selection, session,
+  activeSegments, activeTier, arriving, clock, draft, marked, notice, purpose, queue, saving, scene, selection, session,
 } from "./state";
 import { tellTabs } from "./tabs";
 
@@ -84,9 +84,16 @@ function isStepKey(key: string): key is (typeof STEP_KEYS)[number] {
   return (STEP_KEYS as readonly string[]).includes(key);
 }
 
+/** Whether another take is on its way, which is said: what is asked for now may be meant for that one. */
+export function refuseWhileArriving(): boolean {
+  const take = arriving.value;
+  if (take !== null) tell(say("edit.arriving", { take }), "warning");
+  return take !== null;
+}
+
 async function push(operation: Step): Promise<boolean> {
   const shown = draft.value;
-  if (shown === null) return false;
+  if (shown === null || refuseWhileArriving()) return false;
   if (shown.gone !== null) {
     tell(say("draft.gone"), "warning");
     return false;
@@ -109,10 +116,8 @@ async function send(entry: Entry): Promise<EditAnswer> {
     return await post<EditAnswer>(path, body, { timeout: PATIENCE });
   } catch (error) {
     if (!(error instanceof ApiError) || error.kind !== "csrf") throw error;
-    // Another tab logged in anew: this one's token is old, the session is not. Never another person's, though.
-    const now = await fetchSession();
-    if (now.person !== session.value?.person) throw new ApiError("no-session", say("error.no-session"), 401);
-    session.value = now;
+    // Another tab logged in anew: this one's token is old, the session is not. Another person's is refused there.
+    session.value = await fetchSession();
     return post<EditAnswer>(path, body, { timeout: PATIENCE });
   }
 }
@@ -127,6 +132,8 @@ async function renew(entry: Entry): Promise<number | null> {
 
 function onAnswer(entry: Entry, answer: EditAnswer): void {
   const shown = draft.value;
+  // What was said of an earlier attempt is over.
+  if (notice.value !== null && notice.value.tone !== "error") notice.value = null;
   batch(() => {
     if (shown !== null && shown.take === entry.take && shown.purpose === entry.purpose) show(shown, entry, answer);
     if (entry.purpose === "own") {

@@ -1,15 +1,15 @@
-/** Logging in and out, what the person chose, and how a page begins. */
+/** Logging in and out, and how a page begins. */
 import { batch, effect } from "@preact/signals";
-import { ApiError, fetchSession, logIn, logOut, put, setCsrf, whenSessionIsLost } from "../api/client";
-import type { Session, Settings } from "../api/messages";
-import { language, say } from "../words";
+import { ApiError, fetchSession, get, logIn, logOut, setSession, whenSessionIsLost } from "../api/client";
+import type { Scene, Session } from "../api/messages";
+import { say } from "../words";
 import { followActivity } from "./activity";
 import { countUnsaved, onOtherTab, openOutbox, sendAgain } from "./editing";
 import { tell, tellError } from "./notices";
 import { fetchAgain, refresh, refreshLater } from "./refreshing";
+import { applySettings } from "./settings";
 import {
-  corpus, draft, login, notice, page, pace, queue, saving, scene, scheme, selection, session, shownCurves, showMarkers,
-  showVideo, shownQueue, starting,
+  corpus, draft, login, notice, page, pace, queue, saving, scene, scheme, selection, session, shownQueue, starting,
 } from "./state";
 import { joinTabs, tellTabs } from "./tabs";
 import { findPlace, keepPlace, openTake } from "./takes";
@@ -65,7 +65,7 @@ export async function leave(): Promise<void> {
 }
 
 function forget(): void {
-  setCsrf("");
+  setSession(null);
   batch(() => {
     for (const one of [corpus, scheme, queue, pace, scene, draft, notice, session]) one.value = null;
     selection.value = [];
@@ -150,6 +150,9 @@ function follow(): void {
     keepPlace();
     if (countUnsaved() > 0) event.preventDefault();
   });
+  window.addEventListener("focus", () => {
+    if (login.value === null && session.value !== null) followCorpus().catch(() => undefined);
+  });
   document.addEventListener("visibilitychange", () => {
     if (document.hidden) keepPlace();
     else if (login.value === null && session.value !== null) {
@@ -159,8 +162,10 @@ function follow(): void {
     }
   });
   setInterval(() => {
-    if (!document.hidden && login.value === null && session.value !== null) fetchAgain("pace").catch(() => undefined);
-  }, 30_000);
+    if (document.hidden || login.value !== null || session.value === null) return;
+    fetchAgain("pace").catch(() => undefined);
+    followCorpus().catch(() => undefined);
+  }, 15_000);
   let stuck = false;
   effect(() => {
     const state = saving.value.state;
@@ -170,31 +175,20 @@ function follow(): void {
   });
 }
 
-function applySettings(settings: Settings): void {
-  if (settings.language === "en" || settings.language === "fr") language.value = settings.language;
-  if (typeof settings["markers"] === "boolean") showMarkers.value = settings["markers"];
-  if (typeof settings["video"] === "boolean") showVideo.value = settings["video"];
-  const curves = settings["curves"];
-  if (Array.isArray(curves) && curves.every((one) => typeof one === "string")) shownCurves.value = curves;
-}
-
-let settingsTurn = 0;
-
-/** Keep what the person chose: at once on this page, a moment later at the server (quick changes go together). */
-export async function saveSettings(change: Settings): Promise<void> {
-  const now = session.value;
-  if (now === null) return;
-  const turn = (settingsTurn += 1);
-  batch(() => {
-    session.value = { ...now, settings: { ...now.settings, ...change } };
-    applySettings(change);
-  });
-  await new Promise((resolve) => setTimeout(resolve, 400));
-  const person = session.value;
-  if (turn !== settingsTurn || person === null) return;
-  try {
-    await put<Settings>("/api/settings", person.settings);
-  } catch (error) {
-    tellError(error);
-  }
+/** See what others committed meanwhile, by the command line or from their pages, and show it. */
+async function followCorpus(): Promise<void> {
+  const before = corpus.value?.snapshot;
+  const { snapshot } = await fetchSession();
+  // Asked again: this page may have published meanwhile.
+  if (before === undefined || snapshot === before || corpus.value?.snapshot !== before) return;
+  await fetchAgain("corpus");
+  const shown = scene.value;
+  if (shown === null) return;
+  refreshLater("scheme", 0);
+  refreshLater("queue", 100);
+  refreshLater("draft", 200);
+  if (notice.value === null) tell(say("corpus.changed"));
+  // Another solve may be there now; the one that is shown stays.
+  const now = await get<Scene>("/api/scene", { take: shown.take, solve: shown.solve });
+  if (scene.value === shown) scene.value = now;
 }

@@ -4,6 +4,7 @@ import type {
   CorpusMessage, Draft, Operation, Pace, Purpose, Queue, QueueItem, Scene, Scheme, Segment, Session, Vocabulary,
 } from "../api/messages";
 import { Clock } from "../clock/clock";
+import { findVocabulary } from "../labels/labels";
 import { filterQueue, type Filters } from "./queue";
 
 export { filterQueue, type Filters } from "./queue";
@@ -25,6 +26,11 @@ export const draft = signal<Draft | null>(null);
 export const purpose = signal<Purpose>("own");
 /** The take that is being fetched. */
 export const opening = signal<string | null>(null);
+/** The take that is on its way while another one is still shown: nothing is edited then, it would be the wrong one. */
+export const arriving = computed<string | null>(() => {
+  const shown = scene.value?.take;
+  return shown === undefined || opening.value === shown ? null : opening.value;
+});
 /** Why a take could not be opened. */
 export const takeProblem = signal<{ take: string; message: string } | null>(null);
 
@@ -45,6 +51,8 @@ export const range = signal<{ first: number; last: number }>({ first: 0, last: 1
 export const beside = signal<{ take: string; solve: string | null } | null>(null);
 export const showMarkers = signal(false);
 export const showVideo = signal(true);
+/** Whether the reference video is heard. */
+export const hasSound = signal(false);
 /** Which curves the timeline draws, of scene.curves or `shape:<name>`. */
 export const shownCurves = signal<string[]>(["level", "residual"]);
 
@@ -75,10 +83,7 @@ export const settling = signal<{ take: string; tier: string; first: string; seco
 export const activeSegments = computed<Segment[]>(
   () => draft.value?.tiers.find((one) => one.tier === activeTier.value)?.segments ?? [],
 );
-export const activeVocabulary = computed<Vocabulary | null>(() => {
-  const tier = activeTier.value;
-  return scheme.value?.vocabularies.find((one) => tier !== null && one.tiers.includes(tier)) ?? null;
-});
+export const activeVocabulary = computed<Vocabulary | null>(() => findVocabulary(scheme.value, activeTier.value));
 /** The first chosen segment. */
 export const chosen = computed<Segment | null>(
   () => activeSegments.value.find((one) => one.id === selection.value[0]) ?? null,

@@ -2,12 +2,13 @@
 import { batch } from "@preact/signals";
 import { ApiError, get } from "../api/client";
 import type { Draft, Scene } from "../api/messages";
+import { recallBeside } from "./beside";
 import { choose } from "./choosing";
 import { describeError, tellError } from "./notices";
 import { showDraft, usualTier } from "./refreshing";
 import {
   activeSegments, activeTier, beside, clock, draft, marked, opening, purpose, range, scene, selection, session,
-    takeProblem,
+  takeProblem,
 } from "./state";
 
 export interface OpenOptions {
@@ -52,7 +53,7 @@ export async function openTake(take: string, options: OpenOptions = {}): Promise
       } else {
         draft.value = fetched;
         comeBack(shown, fetched, places.get(take));
-        if (open?.take !== shown.take) beside.value = null;
+        if (open?.take !== shown.take) beside.value = recallBeside(shown);
       }
       if (options.tier !== undefined && fetched.tiers.some((one) => one.tier === options.tier)) {
         activeTier.value = options.tier;
@@ -86,7 +87,7 @@ function rememberPlace(): void {
   if (shown === null) return;
   places.set(shown.take, {
     take: shown.take, frame: clock.frame.value, range: range.value, tier: activeTier.value,
-      segment: selection.value[0] ?? null,
+    segment: selection.value[0] ?? null,
   });
 }
 

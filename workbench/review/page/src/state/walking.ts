@@ -11,6 +11,9 @@ import type { QueueItem } from "../api/messages";
 /** Where the chosen segment stands in the shown queue, -1 where it does not. */
 export const place = computed<number>(() => findItem(shownQueue.value, scene.value?.take ?? null, selection.value[0]));
 
+/** The item whose take is on its way: one walks on from there. */
+let goal: QueueItem | null = null;
+
 /** Where the queue was before the chosen segment left it. */
 let last = 0;
 
@@ -28,7 +31,7 @@ export async function goTo(step: 1 | -1): Promise<void> {
     return;
   }
   const items = shownQueue.value;
-  const index = nextIndex(items.length, place.value, last, step);
+  const index = nextIndex(items.length, goal === null ? place.value : items.indexOf(goal), last, step);
   const item = items[index];
   if (item === undefined) {
     tell(say(items.length === 0 ? "queue.nothing" : step === 1 ? "queue.end" : "queue.start"));
@@ -44,7 +47,12 @@ export async function openItem(item: QueueItem): Promise<void> {
     if (activeTier.value !== item.tier) activeTier.value = item.tier;
     choose(item.id);
   } else {
-    await openTake(item.take, { segment: item.id, tier: item.tier });
+    goal = item;
+    try {
+      await openTake(item.take, { segment: item.id, tier: item.tier });
+    } finally {
+      if (goal === item) goal = null;
+    }
   }
   const chosen = activeSegments.value.find((one) => one.id === item.id);
   if (chosen === undefined || scene.value?.take !== item.take) return;

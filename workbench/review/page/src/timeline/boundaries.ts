@@ -54,7 +54,7 @@ export function moveBoundary(
 }
 
 /** Whether a neighbour ends where the segment begins (or the other way round). A point shares no boundary. */
-export function sharesBoundary(segment: Segment, neighbour: Segment | undefined, edge: Edge): boolean {
+function sharesBoundary(segment: Segment, neighbour: Segment | undefined, edge: Edge): boolean {
   if (neighbour === undefined || neighbour.kind === "point") return false;
   return edge === "onset" ? neighbour.offset === segment.onset : neighbour.onset === segment.offset;
 }

@@ -105,10 +105,7 @@ function Choice(props: { curve: string; unit: string }) {
       <input
         type="checkbox"
         checked={shownCurves.value.includes(props.curve)}
-        onChange={() => {
-          shownCurves.value = toggleCurve(shownCurves.value, props.curve);
-          void saveSettings({ curves: shownCurves.value });
-        }}
+        onChange={() => void saveSettings({ curves: toggleCurve(shownCurves.value, props.curve) })}
       />
       <span>{nameCurve(props.curve)}</span>
       {props.unit !== "" && <span class="soft">{props.unit}</span>}

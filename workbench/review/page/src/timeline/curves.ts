@@ -1,5 +1,5 @@
 /** The curves of the open take: fetched once, kept with what drawing them needs. */
-import { effect, signal } from "@preact/signals";
+import { computed, effect, signal } from "@preact/signals";
 import { fetchCurve } from "../api/client";
 import { scene, shownCurves } from "../state/state";
 import { findQuantile, Pyramid } from "./pyramid";
@@ -23,6 +23,14 @@ export function curveKey(take: string, solve: string | null, curve: string): str
   return JSON.stringify([take, solve, curve]);
 }
 
+/** What is to be shown, as far as the open take has it. */
+export const offeredCurves = computed<string[]>(() => {
+  const current = scene.value;
+  if (current === null || current.solve === null) return [];
+  const offered = new Set([...current.curves.map((one) => one.name), ...current.shapes.map((one) => `shape:${one}`)]);
+  return shownCurves.value.filter((one) => offered.has(one));
+});
+
 /** Prepare a curve: weights show 0 to 1, others 0 (or their least) to a little above nearly all values. */
 export function prepareCurve(name: string, values: Float32Array): Curve {
   const pyramid = new Pyramid(values);
@@ -40,7 +48,7 @@ export function keepCurves(): () => void {
   return effect(() => {
     const current = scene.value;
     if (current === null) return;
-    for (const curve of shownCurves.value) void load(current.take, current.solve, curve);
+    for (const curve of offeredCurves.value) void load(current.take, current.solve, curve);
   });
 }
 
@@ -48,7 +56,7 @@ export function keepCurves(): () => void {
 export function retryCurves(): void {
   loadedCurves.value = new Map([...loadedCurves.value].filter(([, one]) => one !== "failed"));
   const current = scene.value;
-  if (current !== null) for (const curve of shownCurves.value) void load(current.take, current.solve, curve);
+  if (current !== null) for (const curve of offeredCurves.value) void load(current.take, current.solve, curve);
 }
 
 async function load(take: string, solve: string | null, curve: string): Promise<void> {

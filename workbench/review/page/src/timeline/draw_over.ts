@@ -1,7 +1,7 @@
 /** What follows the playhead and the mouse: drawn on a canvas of its own, which is all that playing draws. */
+import { formatTime } from "../words/numbers";
 import type { LabelPalette } from "./label_colours";
 import { OVERVIEW_HEIGHT, RULER_HEIGHT, type Layout } from "./layout";
-import { formatTime } from "./ruler";
 import { elide, measure } from "./text";
 import type { Theme } from "./theme";
 import { toPixels, type Range } from "./view";
@@ -20,7 +20,6 @@ export interface OverContent {
   held: { label: string; onset: number; offset: number } | null;
   /** Where a boundary that is moved would come to lie. */
   moving: number | null;
-  comma: boolean;
 }
 
 export function drawOver(context: CanvasRenderingContext2D, content: OverContent): void {
@@ -43,14 +42,14 @@ export function drawOver(context: CanvasRenderingContext2D, content: OverContent
     }
     context.fillRect(x - 0.75, OVERVIEW_HEIGHT, 1.5, height - OVERVIEW_HEIGHT);
     if (content.moving === null) {
-      drawChip(context, content, x, formatTime(frame, content.rate, 3, content.comma), theme.playhead, theme.surface);
+      drawChip(context, content, x, formatTime(frame, content.rate), theme.playhead, theme.surface);
     }
   }
   if (content.moving !== null) {
     const at = toPixels(content.moving, range, width);
     context.fillStyle = theme.text;
     context.fillRect(at - 0.5, OVERVIEW_HEIGHT, 1, height - OVERVIEW_HEIGHT);
-    const text = `${formatTime(content.moving, content.rate, 3, content.comma)}  #${content.moving}`;
+    const text = `${formatTime(content.moving, content.rate)}  #${content.moving}`;
     drawChip(context, content, at, text, theme.text, theme.surface);
   }
 }
@@ -69,7 +68,7 @@ function drawHover(context: CanvasRenderingContext2D, content: OverContent, fram
   context.setLineDash([]);
   context.globalAlpha = 1;
   drawChip(
-    context, content, x, formatTime(frame, content.rate, 3, content.comma), theme.surface, theme.muted, theme.line,
+    context, content, x, formatTime(frame, content.rate), theme.surface, theme.muted, theme.line,
   );
 }
 

@@ -76,6 +76,10 @@ export class Overview {
       } else {
         context.fillStyle = colours.solid;
         context.fillRect(left, top, long, BAND);
+        if (colours.to !== null) {
+          context.fillStyle = colours.to.solid;
+          context.fillRect(left + long / 2, top, long / 2, BAND);
+        }
       }
     }
     context.fillStyle = theme.warning;

@@ -1,13 +1,13 @@
 /** The ruler: times, stretches with an outstanding residual, the loop, in and out. */
-import { formatTime, chooseTicks } from "./ruler";
+import { formatTime } from "../words/numbers";
+import { chooseTicks } from "./ruler";
 import type { Theme } from "./theme";
 import { toPixels, type Range } from "./view";
 
 /** Draw times and, downwards, a line for each of them. */
 export function drawTimes(
   context: CanvasRenderingContext2D, top: number, height: number, below: number, range: Range, width: number,
-  rate: number,
-  theme: Theme, comma: boolean,
+  rate: number, theme: Theme,
 ): void {
   const ticks = chooseTicks(range, width, rate);
   const small = ticks.major / ticks.parts;
@@ -24,32 +24,56 @@ export function drawTimes(
     context.stroke();
     if (!isMajor) continue;
     context.fillStyle = theme.muted;
-    context.fillText(formatTime(index * small, rate, ticks.digits, comma), x + 4, top + height / 2 - 2);
+    context.fillText(formatTime(index * small, rate, ticks.digits), x + 4, top + height / 2 - 2);
   }
 }
 
-/** Mark stretches [onset, offset) by a bar; each is at least two pixels wide, so that none is overlooked. */
+/**
+ * Mark stretches [onset, offset) by a bar: the fainter, the less of it they fill, where many share a pixel. Each is at
+ * least two pixels wide, so that none is overlooked.
+ */
 export function drawStretches(
   context: CanvasRenderingContext2D, stretches: readonly (readonly [number, number])[], top: number, height: number,
-  range: Range,
-  width: number, colour: string,
+  range: Range, width: number, colour: string,
 ): void {
   context.fillStyle = colour;
-  let drawn = -Infinity;
+  // A bar of neighbours that touch on the screen, and how many pixels of it are theirs.
+  let bar: Bar | null = null;
+  const draw = (bar: Bar | null) => {
+    if (bar === null) return;
+    context.globalAlpha = Math.max(0.3, Math.min(1, bar.filled / (bar.right - bar.left)));
+    context.fillRect(bar.left, top, bar.right - bar.left, height);
+  };
   for (const [onset, offset] of stretches) {
     if (offset <= range.first || onset >= range.last) continue;
-    const left = Math.max(drawn, toPixels(onset, range, width));
-    const right = Math.max(left + 2, toPixels(offset, range, width));
-    context.fillRect(left, top, right - left, height);
-    drawn = right;
+    const left = toPixels(onset, range, width);
+    const right = toPixels(offset, range, width);
+    if (bar !== null && left < bar.right && right - bar.left <= LONGEST_BAR) {
+      bar.right = Math.max(bar.right, right);
+      bar.filled += right - left;
+      continue;
+    }
+    draw(bar);
+    const from: number = Math.max(left, bar?.right ?? left);
+    bar = { left: from, right: Math.max(from + 2, right), filled: Math.max(1.2, right - left) };
   }
+  draw(bar);
+  context.globalAlpha = 1;
 }
+
+interface Bar {
+  left: number;
+  right: number;
+  filled: number;
+}
+
+/** Pixels over which stretches are drawn as one bar of their mean density. */
+const LONGEST_BAR = 8;
 
 /** Draw the stretch that is played over and over. */
 export function drawLoop(
   context: CanvasRenderingContext2D, loop: { onset: number; offset: number }, top: number, bottom: number, range: Range,
-  width: number,
-  theme: Theme,
+  width: number, theme: Theme,
 ): void {
   const left = toPixels(loop.onset, range, width);
   const right = toPixels(loop.offset, range, width);
@@ -66,8 +90,7 @@ export function drawLoop(
 /** Draw in and out, and what lies between them. */
 export function drawMarks(
   context: CanvasRenderingContext2D, marks: { onset: number | null; offset: number | null }, top: number,
-  bottom: number, range: Range,
-  width: number, theme: Theme, flags: { onset: string; offset: string },
+  bottom: number, range: Range, width: number, theme: Theme, flags: { onset: string; offset: string },
 ): void {
   const at = (frame: number) => toPixels(frame, range, width);
   if (marks.onset !== null && marks.offset !== null) {

@@ -6,11 +6,13 @@
  * drawn in the colour of warnings.
  */
 import type { Segment } from "../api/messages";
+import { mix } from "../labels/colours";
+import { formatFixed } from "../words/numbers";
 import type { LabelPalette } from "./label_colours";
 import type { TierRow } from "./layout";
 import { findFrom } from "./segments";
 import { elide, measure } from "./text";
-import { mix, type LabelColours, type Theme } from "./theme";
+import type { LabelColours, Theme } from "./theme";
 import type { Range } from "./view";
 
 /** Height of the bars below the active tier's segments. */
@@ -30,7 +32,6 @@ export interface TierLook {
   selected: ReadonlySet<string>;
   /** Seconds of frames, for the line below a label. */
   rate: number;
-  formatNumber: (value: number, digits: number) => string;
 }
 
 interface Placed {
@@ -70,6 +71,15 @@ export function drawTier(
     const placed = { segment, left, width };
     if (isSelected) chosen.push(placed);
     drawSegment(context, placed, top, height, row, look, ink);
+    if (row.isActive && width >= 10) {
+      const [before, after] = [segments[index - 1], segments[index + 1]];
+      const beside = (one: Segment | undefined, meets: boolean) => (one !== undefined && meets ? one.label : "");
+      const fits = look.palette.fits(
+        row.tier, segment.label, beside(before, before?.offset === segment.onset),
+        beside(after, after?.onset === segment.offset),
+      );
+      if (!fits) drawUnfit(context, placed, top, theme);
+    }
     if (row.isActive) planConfidence(placed, footTop, feet, ink.feet);
   }
   fillAll(context, ink.thin);
@@ -121,23 +131,29 @@ function drawSegment(
   const width = Math.max(1, right - left);
   if (!isWide) {
     const gap = width >= 4 ? 0.75 : 0;
-    plan(ink.thin, isProposed ? colours.stripe : colours.solid, left + gap, top, width - 2 * gap, height);
-    if (isProposed && width >= 3) plan(ink.thin, colours.edge, left + gap, top, width - 2 * gap, EDGE);
+    const [x, wide] = [left + gap, width - 2 * gap];
+    plan(ink.thin, isProposed ? colours.stripe : colours.solid, x, top, wide, height);
+    if (isProposed && width >= 3) plan(ink.thin, colours.edge, x, top, wide, EDGE);
+    if (colours.to === null || width < 2) return;
+    plan(ink.thin, isProposed ? colours.to.stripe : colours.to.solid, x + wide / 2, top, wide / 2, height);
+    if (isProposed && width >= 3) plan(ink.thin, colours.to.edge, x + wide / 2, top, wide / 2, EDGE);
     return;
   }
   const radius = row.isActive && width >= 12 ? 4 : width >= 6 ? 3 : 0;
   context.beginPath();
   context.roundRect(left, top, width, height, radius);
-  context.fillStyle = isProposed ? findStripes(context, colours, ink) : colours.solid;
+  context.fillStyle = isProposed ? findStripes(context, colours, ink)
+    : blend(context, left, right, colours.solid, colours.to?.solid);
   context.fill();
+  const edge = blend(context, left, right, colours.edge, colours.to?.edge);
   if (isProposed) {
     if (row.isActive) {
-      context.fillStyle = colours.edge;
+      context.fillStyle = edge;
       context.beginPath();
       context.roundRect(left, top, width, EDGE, [EDGE, EDGE, 0, 0]);
       context.fill();
     }
-    context.strokeStyle = colours.edge;
+    context.strokeStyle = edge;
     context.lineWidth = 1;
     context.setLineDash([4, 3]);
     context.beginPath();
@@ -146,7 +162,7 @@ function drawSegment(
     context.setLineDash([]);
   } else if (colours.edge !== colours.solid || segment.status === "adjudicated") {
     const inset = segment.status === "adjudicated" ? 2.5 : 0.5;
-    context.strokeStyle = segment.status === "adjudicated" ? colours.onSolid : colours.edge;
+    context.strokeStyle = segment.status === "adjudicated" ? colours.onSolid : edge;
     context.lineWidth = 1;
     context.beginPath();
     context.roundRect(left + inset, top + inset, Math.max(0, width - 2 * inset), height - 2 * inset, 3);
@@ -155,10 +171,20 @@ function drawSegment(
   drawTexts(context, segment, left, right, top, height, row, look, colours);
 }
 
+/** A colour, or what leads from one to another: the middle belongs to both. */
+function blend(
+  context: CanvasRenderingContext2D, left: number, right: number, from: string, to: string | undefined,
+): CanvasGradient | string {
+  if (to === undefined) return from;
+  const gradient = context.createLinearGradient(left, 0, right, 0);
+  gradient.addColorStop(0.25, from);
+  gradient.addColorStop(0.75, to);
+  return gradient;
+}
+
 function drawTexts(
   context: CanvasRenderingContext2D, segment: Segment, left: number, right: number, top: number, height: number,
-  row: TierRow,
-  look: TierLook, colours: LabelColours,
+  row: TierRow, look: TierLook, colours: LabelColours,
 ): void {
   // A text stays in sight while any of its segment does.
   const seen = Math.min(right, look.width) - Math.max(left, 0);
@@ -178,7 +204,7 @@ function drawTexts(
   context.fillText(elide(segment.label, from + room - x, (text) => measure(context, text)), x, middle);
   if (!isTall) return;
   context.font = `11px ${look.theme.font}`;
-  const seconds = `${look.formatNumber((segment.offset - segment.onset) / look.rate, 2)} s`;
+  const seconds = `${formatFixed((segment.offset - segment.onset) / look.rate, 2)} s`;
   const sure = segment.confidence === null ? "" : `${Math.round(segment.confidence * 100)} %`;
   const both = sure === "" ? seconds : `${seconds} · ${sure}`;
   const text = [both, sure, seconds].find((one) => one !== "" && measure(context, one) <= room);
@@ -265,22 +291,36 @@ function drawChosen(
   }
 }
 
+/** A transition that its neighbours contradict: a corner in the colour of warnings. */
+function drawUnfit(context: CanvasRenderingContext2D, placed: Placed, top: number, theme: Theme): void {
+  const right = placed.left + placed.width - 1;
+  context.fillStyle = theme.warning;
+  context.beginPath();
+  context.moveTo(right - 10, top);
+  context.lineTo(right, top);
+  context.lineTo(right, top + 10);
+  context.closePath();
+  context.fill();
+}
+
 const STRIPE = 8;
 
 /** Diagonal stripes of a label, made once a drawing; plain where there is no canvas to make them on. */
 function findStripes(context: CanvasRenderingContext2D, colours: LabelColours, ink: Ink): CanvasPattern | string {
-  let pattern = ink.stripes.get(colours.solid);
+  const key = `${colours.tint} ${colours.stripe}`;
+  let pattern = ink.stripes.get(key);
   if (pattern === undefined) {
-    pattern = makeStripes(context, colours, ink.shift) ?? colours.tint;
-    ink.stripes.set(colours.solid, pattern);
+    pattern = makeStripes(context, key, colours, ink.shift) ?? colours.tint;
+    ink.stripes.set(key, pattern);
   }
   return pattern;
 }
 
 const tiles = new Map<string, HTMLCanvasElement>();
 
-function makeStripes(context: CanvasRenderingContext2D, colours: LabelColours, shift: number): CanvasPattern | null {
-  const key = `${colours.tint} ${colours.stripe}`;
+function makeStripes(
+  context: CanvasRenderingContext2D, key: string, colours: LabelColours, shift: number,
+): CanvasPattern | null {
   let tile = tiles.get(key);
   // Twice as fine as CSS pixels, so that stripes are smooth on fine screens.
   if (tile === undefined) {

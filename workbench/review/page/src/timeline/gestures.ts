@@ -2,8 +2,9 @@
  * The mouse: what a click, a drag and the wheel do.
  *
  * Ruler: put and pull the playhead. Strip with the whole take: move the view. Boundary: move it (alone with Alt).
- * Segment: choose it (Shift: all up to it, Ctrl: one more), twice: play it over and over. Elsewhere: a click puts the
- * playhead, a drag sets in and out. Wheel: zoom; with Shift or sideways: move. Middle button: move.
+ * Segment: choose it (Shift: all up to it, Ctrl: one more), of somebody else: set in and out to it; twice: play it over
+ * and over. Elsewhere: a click puts the playhead, a drag sets in and out. A drag that is held at an end of the view
+ * moves the view. Wheel: zoom; with Shift or sideways: move. Middle button: move.
  */
 import { batch } from "@preact/signals";
 import { choose, edit } from "../state/actions";
@@ -14,7 +15,7 @@ import { OVERVIEW_HEIGHT } from "./layout";
 import { layout, scroll, shownRange, size } from "./painter";
 import { hover, preview } from "./preview";
 import { findBetween } from "./segments";
-import { clampRange, panBy, toFrames, toPixels, zoomAt } from "./view";
+import { clampRange, panBy, scrollSpeed, toFrames, toPixels, zoomAt } from "./view";
 
 /** Pixels that the mouse may tremble in a click. */
 const STILL = 4;
@@ -25,6 +26,8 @@ interface Drag {
   /** Let go; a click where it never went far. */
   end: (x: number, event: PointerEvent, isFar: boolean) => void;
   cancel?: () => void;
+  /** Whether the view goes on where the drag is held at its end. */
+  scrolls?: boolean;
 }
 
 /** Whether a boundary or an area is being dragged, and how to stop it without a change. */
@@ -42,6 +45,9 @@ export function listen(canvas: HTMLElement): () => void {
   let drag: Drag | null = null;
   let start = 0;
   let isFar = false;
+  let latest: PointerEvent | null = null;
+  let picture = 0;
+  let turned = 0;
 
   // A drag that leaves the canvas goes to its end and no further.
   const place = (event: MouseEvent): [number, number] => {
@@ -50,7 +56,25 @@ export function listen(canvas: HTMLElement): () => void {
   };
   const hitAt = (x: number, y: number): Hit =>
     findHit(x, y, layout.peek(), shownRange.peek(), size.peek().width, clock.frame.peek(), new Set(selection.peek()));
+  // While the mouse is held at an end, it does not move: the view does, picture by picture.
+  const scrollOn = (now: number) => {
+    picture = 0;
+    if (drag?.scrolls !== true || latest === null) return;
+    const [x] = place(latest);
+    const { width } = size.peek();
+    const speed = isFar ? scrollSpeed(x, start, width) : 0;
+    if (speed !== 0) {
+      const view = shownRange.peek();
+      const seconds = Math.min(0.1, (now - turned) / 1000);
+      range.value = panBy(view, speed * seconds * (view.last - view.first), clock.frames);
+      drag.move(x, latest, true);
+    }
+    turned = now;
+    picture = requestAnimationFrame(scrollOn);
+  };
   const finish = () => {
+    cancelAnimationFrame(picture);
+    latest = null;
     drag = null;
     cancelCurrent = null;
   };
@@ -70,12 +94,16 @@ export function listen(canvas: HTMLElement): () => void {
     canvas.setPointerCapture(event.pointerId);
     event.preventDefault();
     canvas.closest<HTMLElement>(".timeline")?.focus({ preventScroll: true });
+    latest = event;
+    turned = performance.now();
+    if (drag.scrolls) picture = requestAnimationFrame(scrollOn);
     drag.move(x, event, false);
   };
   const move = (event: PointerEvent) => {
     const [x, y] = place(event);
     if (drag !== null) {
       isFar ||= Math.abs(x - start) >= STILL;
+      latest = event;
       drag.move(x, event, isFar);
       return;
     }
@@ -167,6 +195,16 @@ function click(hit: Hit, x: number, event: PointerEvent): void {
   if (hit.part !== "segment" || hit.row.author !== null) {
     if (hit.part === "tier" && hit.row.author === null) activeTier.value = hit.row.tier;
     if (hit.part === "tier") selection.value = [];
+    if (hit.part === "segment") {
+      // What somebody else or a machine marked is a stretch to label: the next label's key goes to it.
+      const { onset, offset } = hit.segment;
+      batch(() => {
+        selection.value = [];
+        marked.value = { onset, offset };
+      });
+      clock.seek(Math.max(onset, Math.ceil(shownRange.peek().first)));
+      return;
+    }
     clock.seek(frame);
     return;
   }
@@ -209,6 +247,7 @@ function dragPlayhead(isAtOnce: boolean): Drag {
       if (wasPlaying) clock.play();
     },
     cancel: () => clock.seek(before),
+    scrolls: true,
   };
 }
 
@@ -264,6 +303,7 @@ function dragMarks(start: number, click: (x: number) => void): Drag {
       else if (marked.peek().onset === marked.peek().offset) marked.value = before;
     },
     cancel: () => (marked.value = before),
+    scrolls: true,
   };
 }
 
@@ -304,6 +344,7 @@ function dragBoundary(id: string, edge: Edge, start: number): Drag {
       preview.value = null;
       clock.seek(playhead);
     },
+    scrolls: true,
   };
 }
 

@@ -2,12 +2,14 @@
 import { effect } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import type { Segment } from "../api/messages";
-import { activeTier, clock, scene, selection } from "../state/state";
+import { findVocabulary, splitTransition } from "../labels/labels";
+import { activeTier, clock, scene, scheme, selection } from "../state/state";
 import { say, type WordKey } from "../words";
+import { formatFixed } from "../words/numbers";
 import { curveKey, loadedCurves, retryCurves } from "./curves";
 import { scrollRows } from "./gestures";
 import { GUTTER, type CurveRow, type TierRow } from "./layout";
-import { findCurve, formatNumber, layout } from "./painter";
+import { findCurve, layout } from "./painter";
 import { hover } from "./preview";
 
 export function Gutter() {
@@ -62,9 +64,10 @@ function CurveName(props: { row: CurveRow; top: number; index: number }) {
   useEffect(
     () =>
       effect(() => {
+        if (state === "loading") return;
         const known = findCurve(curve)?.pyramid.values[hover.value ?? clock.frame.value];
         const isKnown = known !== undefined && !Number.isNaN(known);
-        const text = isKnown ? formatNumber(known, Math.abs(known) < 10 ? 2 : 1) : "–";
+        const text = isKnown ? formatFixed(known, Math.abs(known) < 10 ? 2 : 1) : "–";
         if (value.current !== null) value.current.textContent = unit === "" ? text : `${text} ${unit}`;
       }),
     [curve, unit, state],
@@ -78,19 +81,25 @@ function CurveName(props: { row: CurveRow; top: number; index: number }) {
       {state === "failed" ? (
         <button type="button" class="timeline-again" onClick={retryCurves}>{say("timeline.curve-failed")}</button>
       ) : (
-        <span class="timeline-curve-value" ref={value}>{state === "loading" ? say("timeline.curve-loading") : ""}</span>
+        <span class="timeline-curve-value" ref={value} key={state === "loading" ? "loading" : "known"}>
+          {state === "loading" ? say("timeline.curve-loading") : ""}
+        </span>
       )}
     </div>
   );
 }
 
-function countReviewed(segments: readonly Segment[]): number {
-  return segments.reduce((sum, one) => sum + (one.status === "proposed" ? 0 : 1), 0);
+/** How many segments there are to review, and how many are; as in the queue, transitions follow their neighbours. */
+function countReviewed(tier: string, segments: readonly Segment[]): { reviewed: number; count: number } {
+  const vocabulary = findVocabulary(scheme.value, tier);
+  const held = segments.filter((one) => splitTransition(vocabulary, one.label) === null);
+  return { reviewed: held.filter((one) => one.status !== "proposed").length, count: held.length };
 }
 
 function TierName(props: { row: TierRow; top: number }) {
   const { tier, isActive, segments, height } = props.row;
-  const count = say("timeline.tier-count", { reviewed: countReviewed(segments), count: segments.length });
+  const counted = countReviewed(tier, segments);
+  const count = say("timeline.tier-count", counted);
   return (
     <button
       type="button"
@@ -108,8 +117,8 @@ function TierName(props: { row: TierRow; top: number }) {
       <span class="timeline-elide">{tier}</span>
       {isActive && (
         <span class="timeline-tier-count" aria-hidden="true">
-          <progress class="timeline-progress" value={countReviewed(segments)} max={Math.max(1, segments.length)} />
-          {countReviewed(segments)}/{segments.length}
+          <progress class="timeline-progress" value={counted.reviewed} max={Math.max(1, counted.count)} />
+          {counted.reviewed}/{counted.count}
         </span>
       )}
     </button>

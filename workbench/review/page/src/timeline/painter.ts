@@ -5,9 +5,9 @@
  */
 import { computed, effect, signal } from "@preact/signals";
 import { theme as themeName } from "../shell/theme";
-import { activeTier, clock, draft, marked, range, scene, scheme, selection, shownCurves } from "../state/state";
+import { activeTier, clock, draft, marked, range, scene, scheme, selection } from "../state/state";
 import { language, say } from "../words";
-import { curveKey, loadedCurves, type Curve } from "./curves";
+import { curveKey, loadedCurves, offeredCurves, type Curve } from "./curves";
 import { drawCurve } from "./draw_curves";
 import { Overview } from "./draw_overview";
 import { drawOver } from "./draw_over";
@@ -25,7 +25,7 @@ export const size = signal({ width: 0, height: 0 });
 export const scroll = signal(0);
 
 export const layout = computed<Layout>(() =>
-  layOut(draft.value, activeTier.value, shownCurves.value, size.value.height, scroll.value),
+  layOut(draft.value, activeTier.value, offeredCurves.value, size.value.height, scroll.value),
 );
 
 /** The range, always within the take. */
@@ -36,12 +36,6 @@ export function findCurve(name: string): Curve | null {
   const current = scene.value;
   const found = current === null ? undefined : loadedCurves.value.get(curveKey(current.take, current.solve, name));
   return typeof found === "object" ? found : null;
-}
-
-/** Which numbers of digits and which comma the language uses. */
-export function formatNumber(value: number, digits: number): string {
-  const text = value.toFixed(digits);
-  return language.value === "fr" ? text.replace(".", ",") : text;
 }
 
 export class Painter {
@@ -129,7 +123,7 @@ export class Painter {
       context.fillStyle = theme.surface;
       context.fillRect(0, row.top, width, row.height);
     }
-    drawTimes(context, OVERVIEW_HEIGHT, RULER_HEIGHT, height, view, width, rate, theme, language.peek() === "fr");
+    drawTimes(context, OVERVIEW_HEIGHT, RULER_HEIGHT, height, view, width, rate, theme);
 
     context.save();
     context.beginPath();
@@ -143,7 +137,7 @@ export class Painter {
       drawCurve(context, row, curve, view, width, colour, theme, threshold);
     });
     const look: TierLook = {
-      range: view, width, theme, palette: this.#palette, selected: new Set(selection.peek()), rate, formatNumber,
+      range: view, width, theme, palette: this.#palette, selected: new Set(selection.peek()), rate,
     };
     const moving = preview.peek();
     for (const row of placed.tiers) {
@@ -174,7 +168,7 @@ export class Painter {
     drawOver(context, {
       width, height, range: shownRange.peek(), layout: layout.peek(), theme: this.#theme, palette: this.#palette,
       frame: clock.frame.peek(), frames: current.frames, rate: current.rate, hover: hover.peek(), held: held.peek(),
-      moving: preview.peek()?.frame ?? null, comma: language.peek() === "fr",
+      moving: preview.peek()?.frame ?? null,
     });
   }
 }

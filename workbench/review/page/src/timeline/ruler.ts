@@ -1,4 +1,4 @@
-/** Times on the ruler: where ticks stand, and how a time is written. */
+/** Times on the ruler: where ticks stand. */
 import type { Range } from "./view";
 
 /** Steps in seconds that people read easily; below them come single frames. */
@@ -19,18 +19,4 @@ export function chooseTicks(range: Range, width: number, rate: number, apart = 8
   const step = STEPS.find((one) => one >= seconds) ?? Math.ceil(seconds / 3600) * 3600;
   const parts = [15, 30, 900, 1800].includes(step) ? 3 : step === 60 || step === 120 || step === 3600 ? 4 : 5;
   return { major: step * rate, parts, digits: step >= 1 ? 0 : step >= 0.1 ? 1 : 2 };
-}
-
-/** Write a frame as a time: 1:02.500, in an hour 1:00:02.500; digits are cut, not rounded up to a later time. */
-export function formatTime(frame: number, rate: number, digits: number, comma = false): string {
-  const scale = 10 ** digits;
-  // A little more, so that 0.3 s at 10 Hz is not written as 0.2 s for a rounding error.
-  const whole = Math.floor((Math.max(0, frame) / rate) * scale + 1e-6);
-  const seconds = Math.floor(whole / scale);
-  const hours = Math.floor(seconds / 3600);
-  const minutes = Math.floor(seconds / 60) % 60;
-  const rest = String(seconds % 60).padStart(2, "0");
-  const fraction = digits > 0 ? (comma ? "," : ".") + String(whole % scale).padStart(digits, "0") : "";
-  const start = hours > 0 ? `${hours}:${String(minutes).padStart(2, "0")}` : String(minutes);
-  return `${start}:${rest}${fraction}`;
 }

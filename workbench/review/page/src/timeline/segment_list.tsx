@@ -7,20 +7,20 @@ import { computed } from "@preact/signals";
 import type { Segment } from "../api/messages";
 import { choose } from "../state/actions";
 import { activeSegments, activeTier, chosen, clock, scene, selection } from "../state/state";
-import { language, say } from "../words";
+import { say } from "../words";
+import { formatTime } from "../words/numbers";
 import { shownRange } from "./painter";
-import { formatTime } from "./ruler";
 import { findFrom } from "./segments";
 
 const AROUND = 25;
 
 /** A frame as a time in the language of the page. */
-export function writeTime(frame: number, digits = 3): string {
-  return formatTime(frame, scene.value?.rate ?? clock.rate, digits, language.value === "fr");
+function writeTime(frame: number, digits = 3): string {
+  return formatTime(frame, scene.value?.rate ?? clock.rate, digits);
 }
 
 /** A segment in words. */
-export function describeSegment(segment: Segment): string {
+function describeSegment(segment: Segment): string {
   return say("timeline.segment", {
     label: segment.label, from: writeTime(segment.onset), to: writeTime(segment.offset),
     status: say(`timeline.${segment.status}`),

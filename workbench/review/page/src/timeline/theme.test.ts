@@ -1,5 +1,6 @@
 import { describe, expect, it } from "vitest";
-import { contrast, luminance, mix, mixLabel, parseHex, type Theme } from "./theme";
+import { contrast, luminance, mix, parseHex } from "../labels/colours";
+import { mixLabel, type Theme } from "./theme";
 
 const LIGHT: Theme = {
   background: "#f3f4f5", surface: "#ffffff", text: "#1c2126", muted: "#545d66", line: "#d2d6da", grid: "#dde0e3",
@@ -25,9 +26,18 @@ describe("colours", () => {
     ];
     for (const theme of [LIGHT, DARK])
       for (const colour of colours) {
-        const mixed = mixLabel(colour, theme);
+        const mixed = mixLabel([colour], theme);
         expect(contrast(mixed.onTint, mixed.tint)).toBeGreaterThanOrEqual(4.5);
+        expect(contrast(mixed.onTint, mixed.stripe)).toBeGreaterThanOrEqual(4);
         expect(contrast(mixed.onSolid, mixed.solid)).toBeGreaterThanOrEqual(4);
+        expect(mixed.to).toBeNull();
+        for (const other of colours) {
+          const joined = mixLabel([colour, other], theme);
+          expect(joined.tint).toBe(mixed.tint);
+          expect(joined.to!.solid).toBe(mixLabel([other], theme).solid);
+          for (const fill of [joined.tint, joined.stripe])
+            expect(contrast(joined.onTint, fill)).toBeGreaterThanOrEqual(4);
+        }
       }
   });
 });

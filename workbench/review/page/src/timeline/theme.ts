@@ -1,4 +1,5 @@
-/** The colours of the canvas: the page's CSS variables, and what is mixed from a label's colour. */
+/** The colours of the canvas: the page's CSS variables, and what is mixed from a label's colours. */
+import { contrast, inkOn, isHex, luminance, mix } from "../labels/colours";
 
 export interface Theme {
   /** Behind everything, and of a row. */
@@ -49,42 +50,7 @@ export function readTheme(element: Element): Theme {
   };
 }
 
-export function isHex(colour: string): boolean {
-  return /^#([0-9a-f]{3}|[0-9a-f]{6})$/i.test(colour);
-}
-
-/** Red, green and blue, 0 to 255; grey where the text is no colour. */
-export function parseHex(colour: string): [number, number, number] {
-  if (!isHex(colour)) return [128, 128, 128];
-  const digits = colour.length === 4 ? [...colour.slice(1)].map((one) => one + one).join("") : colour.slice(1);
-  return [0, 2, 4].map((at) => parseInt(digits.slice(at, at + 2), 16)) as [number, number, number];
-}
-
-/** `part` of the first colour and the rest of the second. */
-export function mix(first: string, second: string, part: number): string {
-  const [one, other] = [parseHex(first), parseHex(second)];
-  const hex = one.map(
-    (value, index) => Math.round(value * part + other[index]! * (1 - part)).toString(16).padStart(2, "0")
-  );
-  return `#${hex.join("")}`;
-}
-
-/** Relative luminance, 0 to 1 (WCAG 2.2). */
-export function luminance(colour: string): number {
-  const [red, green, blue] = parseHex(colour).map((value) => {
-    const part = value / 255;
-    return part <= 0.04045 ? part / 12.92 : ((part + 0.055) / 1.055) ** 2.4;
-  }) as [number, number, number];
-  return 0.2126 * red + 0.7152 * green + 0.0722 * blue;
-}
-
-/** Contrast of two colours, 1 to 21 (WCAG 2.2). */
-export function contrast(first: string, second: string): number {
-  const [one, other] = [luminance(first), luminance(second)];
-  return (Math.max(one, other) + 0.05) / (Math.min(one, other) + 0.05);
-}
-
-/** What is drawn for a label. */
+/** What is drawn for a label; of a transition it is where that leads from, and `to` where it leads. */
 export interface LabelColours {
   solid: string;
   onSolid: string;
@@ -93,22 +59,28 @@ export interface LabelColours {
   stripe: string;
   onTint: string;
   edge: string;
+  to: { solid: string; stripe: string; edge: string } | null;
 }
 
-/** Mix the colours of a label for a theme; texts have a contrast of at least 4.5. */
-export function mixLabel(colour: string, theme: Theme): LabelColours {
-  const base = isHex(colour) ? colour : theme.muted;
-  const tint = mix(base, theme.surface, theme.isDark ? 0.2 : 0.14);
-  const stripe = mix(base, theme.surface, theme.isDark ? 0.36 : 0.34);
-  const onTint = [0.35, 0.6, 0.8, 1]
-    .map((part) => mix(theme.text, base, part))
-    .find((one) => contrast(one, tint) >= 4.5 && contrast(one, stripe) >= 3);
+/** Mix the colours of a label (two of a transition) for a theme; texts have a contrast of at least 4.5 on its tint. */
+export function mixLabel(colours: readonly string[], theme: Theme): LabelColours {
+  const [from, to] = colours.map((one) => mixOne(isHex(one) ? one : theme.muted, theme));
+  if (from === undefined) return mixLabel([theme.muted], theme);
+  const parts = to === undefined ? [from] : [from, to];
+  const fills = [from.tint, parts.at(-1)!.stripe];
+  const isLegible = (ink: string) => contrast(ink, fills[0]!) >= 4.5 && contrast(ink, fills[1]!) >= 4;
+  const onTint = [0.5, 0.65, 0.8].map((part) => mix(theme.text, parts.at(-1)!.solid, part)).find(isLegible);
   return {
-    solid: base,
-    onSolid: contrast("#ffffff", base) >= contrast("#14181d", base) ? "#ffffff" : "#14181d",
-    tint,
-    stripe,
-    onTint: onTint ?? theme.text,
-    edge: contrast(base, theme.surface) >= 2 ? base : mix(base, theme.text, 0.55),
+    ...from, stripe: fills[1]!, onSolid: inkOn(parts.map((one) => one.solid)), onTint: onTint ?? theme.text,
+    to: to === undefined ? null : { solid: to.solid, stripe: to.stripe, edge: to.edge },
+  };
+}
+
+function mixOne(solid: string, theme: Theme) {
+  return {
+    solid,
+    tint: mix(solid, theme.surface, theme.isDark ? 0.2 : 0.13),
+    stripe: mix(solid, theme.surface, theme.isDark ? 0.32 : 0.25),
+    edge: contrast(solid, theme.surface) >= 2 ? solid : mix(solid, theme.text, 0.55),
   };
 }

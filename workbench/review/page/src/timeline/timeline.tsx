@@ -11,6 +11,7 @@ import { listen } from "./gestures";
 import { Gutter } from "./gutter";
 import { GUTTER, OVERVIEW_HEIGHT, scrollToActive } from "./layout";
 import { layout, Painter, scroll, shownRange, size } from "./painter";
+import { held } from "./preview";
 import { SegmentList, summary } from "./segment_list";
 import "./timeline.css";
 import { follow } from "./view";
@@ -90,7 +91,7 @@ export function Timeline() {
 /** What to do where a tier is empty. */
 function Hint() {
   const current = draft.value;
-  if (current === null || scene.value === null || activeSegments.value.length > 0) return null;
+  if (current === null || scene.value === null || activeSegments.value.length > 0 || held.value !== null) return null;
   const row = layout.value.tiers.find((one) => one.isActive);
   const text = current.tiers.length === 0 ? say("timeline.no-tiers") : say("timeline.no-segments");
   const top = row === undefined ? layout.value.rowsTop + 12 : row.top;

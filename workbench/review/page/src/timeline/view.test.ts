@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { clampRange, FEWEST_FRAMES, fit, follow, panBy, reveal, toFrames, toPixels, zoomAt } from "./view";
+import { clampRange, FEWEST_FRAMES, fit, follow, panBy, scrollSpeed, toFrames, toPixels, zoomAt } from "./view";
 
 describe("range", () => {
   it("stays in the take", () => {
@@ -31,9 +31,6 @@ describe("range", () => {
     const range = fit(400, 500, 1000);
     expect(range.first).toBeLessThan(400);
     expect(range.last).toBeGreaterThan(500);
-    expect(reveal({ first: 0, last: 200 }, 50, 100, 1000)).toEqual({ first: 0, last: 200 });
-    expect(reveal({ first: 0, last: 200 }, 500, 520, 1000)).toEqual({ first: 410, last: 610 });
-    expect(reveal({ first: 0, last: 200 }, 300, 700, 1000)).toEqual(fit(300, 700, 1000));
   });
 
   it("turns frames to pixels and back", () => {
@@ -65,5 +62,15 @@ describe("follow", () => {
       expect(next.first).toBeLessThan(800);
       expect(next.last).toBeGreaterThan(800);
     }
+  });
+});
+
+describe("scrollSpeed", () => {
+  it("is none in the middle, and grows towards the end that was dragged to", () => {
+    expect(scrollSpeed(500, 100, 1000)).toBe(0);
+    expect(scrollSpeed(20, 5, 1000)).toBe(0);
+    expect(scrollSpeed(0, 500, 1000)).toBeLessThan(scrollSpeed(20, 500, 1000));
+    expect(scrollSpeed(20, 500, 1000)).toBeLessThan(0);
+    expect(scrollSpeed(1000, 500, 1000)).toBe(-scrollSpeed(0, 500, 1000));
   });
 });

@@ -31,6 +31,18 @@ export function panBy(range: Range, by: number, frames: number): Range {
   return clampRange({ first: range.first + by, last: range.last + by }, frames);
 }
 
+/** Pixels at each end of the view in which a drag moves it. */
+const EDGE = 28;
+/** Views a second at the very end. */
+const FASTEST = 0.9;
+
+/** How fast a drag from `start` that is held at x moves the view, in views a second; only where it was dragged to. */
+export function scrollSpeed(x: number, start: number, width: number): number {
+  if (x < start && x < EDGE) return -FASTEST * Math.min(1, (EDGE - x) / EDGE) ** 2;
+  if (x > start && x > width - EDGE) return FASTEST * Math.min(1, (x - width + EDGE) / EDGE) ** 2;
+  return 0;
+}
+
 /** Show an interval with some of what lies around it. */
 export function fit(onset: number, offset: number, frames: number): Range {
   const margin = Math.max(FEWEST_FRAMES / 2, (offset - onset) * 0.6);
@@ -51,15 +63,6 @@ export function follow(range: Range, before: number, now: number, playing: boole
   if (playing && isStep && !isSeen(before)) return range;
   const part = isStep ? (now >= before ? 0.06 : 0.94) : 0.3;
   return clampRange({ first: now - span * part, last: now + span * (1 - part) }, frames);
-}
-
-/** The range with an interval in it, moved no more than needed; zoomed out only where the interval is too long. */
-export function reveal(range: Range, onset: number, offset: number, frames: number): Range {
-  const span = range.last - range.first;
-  if (onset >= range.first && offset <= range.last) return range;
-  if (offset - onset > span * 0.9) return fit(onset, offset, frames);
-  const middle = (onset + offset) / 2;
-  return clampRange({ first: middle - span / 2, last: middle + span / 2 }, frames);
 }
 
 export function toPixels(frame: number, range: Range, width: number): number {

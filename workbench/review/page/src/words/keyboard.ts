@@ -23,6 +23,7 @@ export const en = {
   "command.merge-previous": "Merge with the previous",
   "command.set-in": "Set in at the playhead",
   "command.set-out": "Set out at the playhead",
+  "command.transition": "Label as the transition between the neighbours",
   "command.add": "Add a segment with the last label",
   "command.delete": "Delete the segment",
   "command.onset-earlier": "Onset a frame earlier",
@@ -74,6 +75,8 @@ export const en = {
   "keys.no-neighbour": "There is no neighbour to merge with.",
   "keys.add-where": "A segment is here already. Set in (I) and out (O) to add one over it.",
   "keys.no-label": "This tier has no labels yet: the coding scheme names them.",
+  "keys.transition-where": "A transition needs two different labels beside it.",
+  "keys.no-second-solve": "This take has been solved in one way only. Choose another take under “Beside”.",
   "keys.label-where":
     "Nothing to label here: choose a segment, set in (I) and out (O), or hold Shift and the label’s key.",
   "keys.hold-longer": "That was too short for a segment: hold the key for as long as the expression lasts.",
@@ -119,6 +122,7 @@ export const fr: Record<keyof typeof en, string> = {
   "command.merge-previous": "Fusionner avec le précédent",
   "command.set-in": "Poser le début à la tête de lecture",
   "command.set-out": "Poser la fin à la tête de lecture",
+  "command.transition": "Étiqueter comme transition entre les voisins",
   "command.add": "Ajouter un segment avec la dernière étiquette",
   "command.delete": "Supprimer le segment",
   "command.onset-earlier": "Début une image plus tôt",
@@ -170,6 +174,8 @@ export const fr: Record<keyof typeof en, string> = {
   "keys.no-neighbour": "Il n’y a pas de voisin avec qui fusionner.",
   "keys.add-where": "Un segment est déjà là. Posez le début (I) et la fin (O) pour en ajouter un par-dessus.",
   "keys.no-label": "Cette piste n’a pas encore d’étiquettes : c’est le plan de codage qui les nomme.",
+  "keys.transition-where": "Une transition demande deux étiquettes différentes à ses côtés.",
+  "keys.no-second-solve": "Cette prise n’a qu’une résolution. Choisissez une autre prise sous « À côté ».",
   "keys.label-where":
     "Rien à étiqueter ici : choisissez un segment, posez début (I) et fin (O), ou tenez Maj et la touche d’étiquette.",
   "keys.hold-longer": "Trop court pour un segment : tenez la touche tant que dure l’expression.",

@@ -37,8 +37,10 @@ export const en = {
   "scheme.retire.used.many": "{label} can no longer be chosen; its {count} segments stay as they are.",
   "scheme.retire.unused": "{label} can no longer be chosen.",
   "scheme.restore": "Restore",
-  "scheme.rename.count.one": "{count} published segment will be called {name}, and so will those in everybody's drafts.",
-  "scheme.rename.count.many": "{count} published segments will be called {name}, and so will those in everybody's drafts.",
+  "scheme.rename.count.one":
+    "{count} published segment will be called {name}, and so will those in everybody's drafts.",
+  "scheme.rename.count.many":
+    "{count} published segments will be called {name}, and so will those in everybody's drafts.",
   "scheme.clash": "Key {key} is on several labels: {labels}.",
   "scheme.clash.command": "Key {key} also does something else; see the keyboard help.",
   "scheme.close_to": "Close to {label}:",
@@ -67,7 +69,9 @@ export const en = {
   "scheme.tiers.add": "Add the tier",
 
   "coding.title": "Double coding",
-  "coding.explained": "A share of the takes is drawn and coded by several people, blind to each other and to the machine's proposals. When all of them are done, their agreement counts, and what they disagree on can be settled.",
+  "coding.explained":
+    "A share of the takes is drawn and coded by several people, blind to each other and to the machine's " +
+    "proposals. When all of them are done, their agreement counts, and what they disagree on can be settled.",
   "coding.tier": "Tier",
   "coding.share": "Share of the takes",
   "coding.takes.one": "{count} take of {total}",
@@ -88,7 +92,9 @@ export const en = {
   "coding.at_work": "at work",
 
   "accounts.title": "Accounts",
-  "accounts.token": "You opened the page on this machine, without a password. Accounts count once the review is started with --host.",
+  "accounts.token":
+    "You opened the page on this machine, without a password. Accounts count once the review is started with " +
+    "--host.",
   "accounts.none": "Nobody has an account yet.",
   "accounts.person": "Person",
   "accounts.rights": "Rights",
@@ -146,7 +152,8 @@ export const en = {
   "overview.same": "Same",
   "overview.same.explained": "Part of the time on which both say the same",
   "overview.f1.explained": "Segments of both that overlap by at least half and have the same label, as F1",
-  "overview.agreement.explained": "κ and α: 1 is full agreement, 0 what chance would give. Only takes that both have finished.",
+  "overview.agreement.explained":
+    "κ and α: 1 is full agreement, 0 what chance would give. Only takes that both have finished.",
   "overview.take": "Take",
   "overview.signer": "Signer, protocol",
   "overview.length": "Length",
@@ -171,6 +178,8 @@ export const en = {
   "settle.place": "Place {at} of {all}",
   "settle.settled": "settled",
   "settle.question": "What holds here?",
+  "settle.first": "Settle: as the first reading",
+  "settle.second": "Settle: as the second reading",
   "settle.nothing": "Settle: nothing holds",
   "settle.part": "{keys} narrow it to a part",
   "settle.whole": "all of it",
@@ -196,7 +205,8 @@ export const fr: Record<keyof typeof en, string> = {
   "scheme.each": "Chaque changement est un commit à part, et vaut aussitôt pour tout le monde.",
   "scheme.busy": "Changement en cours…",
   "scheme.saved": "Changé",
-  "scheme.stale": "Quelqu’un a changé le schéma entre-temps. Voici le plus récent : regardez-le, puis refaites le changement.",
+  "scheme.stale":
+    "Quelqu’un a changé le schéma entre-temps. Voici le plus récent : regardez-le, puis refaites le changement.",
   "scheme.label": "Étiquette",
   "scheme.name": "Nom",
   "scheme.colour": "Couleur",
@@ -222,7 +232,8 @@ export const fr: Record<keyof typeof en, string> = {
   "scheme.retire.unused": "{label} ne pourra plus être choisie.",
   "scheme.restore": "Rétablir",
   "scheme.rename.count.one": "{count} segment publié s’appellera {name}, de même que ceux des brouillons de chacun.",
-  "scheme.rename.count.many": "{count} segments publiés s’appelleront {name}, de même que ceux des brouillons de chacun.",
+  "scheme.rename.count.many":
+    "{count} segments publiés s’appelleront {name}, de même que ceux des brouillons de chacun.",
   "scheme.clash": "La touche {key} est sur plusieurs étiquettes : {labels}.",
   "scheme.clash.command": "La touche {key} fait aussi autre chose ; voir l’aide du clavier.",
   "scheme.close_to": "Proche de {label} :",
@@ -251,7 +262,10 @@ export const fr: Record<keyof typeof en, string> = {
   "scheme.tiers.add": "Ajouter la piste",
 
   "coding.title": "Double annotation",
-  "coding.explained": "Une part des prises est tirée au sort et annotée par plusieurs personnes, sans voir ni le travail des autres ni les propositions de la machine. Quand toutes ont terminé, leur accord est calculé et les désaccords peuvent être arbitrés.",
+  "coding.explained":
+    "Une part des prises est tirée au sort et annotée par plusieurs personnes, sans voir ni le travail des " +
+    "autres ni les propositions de la machine. Quand toutes ont terminé, leur accord est calculé et les " +
+    "désaccords peuvent être arbitrés.",
   "coding.tier": "Piste",
   "coding.share": "Part des prises",
   "coding.takes.one": "{count} prise sur {total}",
@@ -272,7 +286,9 @@ export const fr: Record<keyof typeof en, string> = {
   "coding.at_work": "en cours",
 
   "accounts.title": "Comptes",
-  "accounts.token": "Vous avez ouvert la page sur cette machine, sans mot de passe. Les comptes servent dès que la relecture est lancée avec --host.",
+  "accounts.token":
+    "Vous avez ouvert la page sur cette machine, sans mot de passe. Les comptes servent dès que la relecture est " +
+    "lancée avec --host.",
   "accounts.none": "Personne n’a encore de compte.",
   "accounts.person": "Personne",
   "accounts.rights": "Droits",
@@ -330,7 +346,8 @@ export const fr: Record<keyof typeof en, string> = {
   "overview.same": "Identique",
   "overview.same.explained": "Part du temps où les deux disent la même chose",
   "overview.f1.explained": "Segments des deux qui se recouvrent au moins à moitié avec la même étiquette, en F1",
-  "overview.agreement.explained": "κ et α : 1 est l’accord complet, 0 celui du hasard. Seulement les prises terminées par les deux.",
+  "overview.agreement.explained":
+    "κ et α : 1 est l’accord complet, 0 celui du hasard. Seulement les prises terminées par les deux.",
   "overview.take": "Prise",
   "overview.signer": "Signeur, protocole",
   "overview.length": "Durée",
@@ -355,6 +372,8 @@ export const fr: Record<keyof typeof en, string> = {
   "settle.place": "Endroit {at} sur {all}",
   "settle.settled": "arbitré",
   "settle.question": "Qu’est-ce qui vaut ici ?",
+  "settle.first": "Arbitrer : comme la première lecture",
+  "settle.second": "Arbitrer : comme la seconde lecture",
   "settle.nothing": "Arbitrer : rien ne vaut",
   "settle.part": "{keys} : n’en arbitrer qu’une partie",
   "settle.whole": "le tout",

@@ -30,6 +30,8 @@ export const en = {
   "publish.nothing": "Nothing to publish: every edit is in the corpus.",
   "publish.unsaved": "The last edit is not saved yet. It is sent again until the server has it; go on then.",
   "publish.held": "is held back; your edits stay here and can be exported for ELAN.",
+  "publish.of-edits.one": "what {count} edit comes to",
+  "publish.of-edits.many": "what {count} edits come to",
   "publish.changed": "Changes",
   "publish.changes.one": "{count} change",
   "publish.changes.many": "{count} changes",
@@ -64,7 +66,8 @@ export const en = {
   "publish.conflicts": "Conflicts",
   "publish.conflicts.count.one": "{count} conflict",
   "publish.conflicts.count.many": "{count} conflicts",
-  "publish.conflicts.explained": "You and somebody else changed the same segments. Choose what is to hold; nothing else is touched.",
+  "publish.conflicts.explained":
+    "You and somebody else changed the same segments. Choose what is to hold; nothing else is touched.",
   "publish.open.one": "{count} to decide",
   "publish.open.many": "{count} to decide",
   "publish.decided": "all decided",
@@ -89,7 +92,8 @@ export const en = {
   "manual.no_note": "No description yet.",
   "manual.contents": "Contents",
   "manual.edit": "Edit in the coding scheme…",
-  "manual.transitions": "Between two labels there may be a transition, named by both codes in a row: JA from joy to anger.",
+  "manual.transitions":
+    "Between two labels there may be a transition, named by both codes in a row: JA from joy to anger.",
 
   "elan.title": "ELAN",
   "elan.no_take": "Open a take first.",
@@ -98,7 +102,8 @@ export const en = {
   "elan.out.blind": "Your tiers of this take as they are now. The take is coded blind: nobody else's are in the file.",
   "elan.download": "Download .eaf",
   "elan.in": "Import",
-  "elan.in.explained": "Bring an .eaf back. You see what it holds before anything changes, and can undo it as one edit.",
+  "elan.in.explained":
+    "Bring an .eaf back. You see what it holds before anything changes, and can undo it as one edit.",
   "elan.choose": "Choose an .eaf file, or drop it here",
   "elan.other": "{name}: choose another file, or drop it here",
   "elan.reading": "Reading…",
@@ -130,6 +135,15 @@ export const en = {
   "settings.markers": "Markers over the face",
   "settings.keys": "Keyboard",
   "settings.keys.change": "See and change the keys…",
+  "password.change": "My password…",
+  "password.old": "Old password",
+  "password.new": "New password",
+  "password.again": "New password again",
+  "password.explained": "At least 8 characters. Other windows where you are logged in are ended.",
+  "password.differ": "The two new passwords differ.",
+  "password.wrong": "The old password is not right.",
+  "password.done": "You have a new password.",
+  "password.do": "Change it",
   "settings.person": "Logged in as {person}.",
   "settings.person.token": "You work as {person}, on this machine only.",
   "settings.version": "mimique {version}.",
@@ -160,10 +174,15 @@ export const fr: Record<keyof typeof en, string> = {
   "publish.done.one": "Publié : {count} modification",
   "publish.done.many": "Publié : {count} modifications",
   "publish.failed": "Rien n’a été publié ; vos modifications sont conservées.",
-  "publish.newer": "Quelqu’un a publié entre-temps. Voici la comparaison avec l’état actuel : vérifiez-la encore une fois.",
+  "publish.newer":
+    "Quelqu’un a publié entre-temps. Voici la comparaison avec l’état actuel : vérifiez-la encore une fois.",
   "publish.nothing": "Rien à publier : toutes les modifications sont dans le corpus.",
-  "publish.unsaved": "La dernière modification n’est pas encore enregistrée. Elle est renvoyée jusqu’à ce que le serveur l’ait reçue.",
+  "publish.unsaved":
+    "La dernière modification n’est pas encore enregistrée. Elle est renvoyée jusqu’à ce que le serveur l’ait " +
+    "reçue.",
   "publish.held": "ne peut pas être publiée ; vos modifications restent ici et peuvent être exportées pour ELAN.",
+  "publish.of-edits.one": "le résultat de {count} édition",
+  "publish.of-edits.many": "le résultat de {count} éditions",
   "publish.changed": "Modifications",
   "publish.changes.one": "{count} modification",
   "publish.changes.many": "{count} modifications",
@@ -198,7 +217,9 @@ export const fr: Record<keyof typeof en, string> = {
   "publish.conflicts": "Conflits",
   "publish.conflicts.count.one": "{count} conflit",
   "publish.conflicts.count.many": "{count} conflits",
-  "publish.conflicts.explained": "Quelqu’un d’autre et vous avez modifié les mêmes segments. Choisissez l’état à garder ; le reste n’est pas touché.",
+  "publish.conflicts.explained":
+    "Quelqu’un d’autre et vous avez modifié les mêmes segments. Choisissez l’état à garder ; le reste n’est pas " +
+    "touché.",
   "publish.open.one": "{count} à décider",
   "publish.open.many": "{count} à décider",
   "publish.decided": "tout est décidé",
@@ -210,7 +231,8 @@ export const fr: Record<keyof typeof en, string> = {
   "publish.choice.theirs": "{author}",
   "publish.choice.base": "Comme avant",
   "publish.choice.both": "Les deux ensemble",
-  "publish.choice.both.explained": "Chacun a modifié autre chose dans ces segments : les deux modifications sont gardées.",
+  "publish.choice.both.explained":
+    "Chacun a modifié autre chose dans ces segments : les deux modifications sont gardées.",
 
   "manual.title": "Manuel d’annotation",
   "manual.vocabularies": "Vocabulaires",
@@ -223,16 +245,22 @@ export const fr: Record<keyof typeof en, string> = {
   "manual.no_note": "Pas encore de description.",
   "manual.contents": "Sommaire",
   "manual.edit": "Modifier dans le schéma d’annotation…",
-  "manual.transitions": "Entre deux étiquettes peut se trouver une transition, nommée par les deux codes à la suite : JA de la joie à la colère (codes anglais).",
+  "manual.transitions":
+    "Entre deux étiquettes peut se trouver une transition, nommée par les deux codes à la suite : JA de la joie " +
+    "à la colère (codes anglais).",
 
   "elan.title": "ELAN",
   "elan.no_take": "Ouvrez d’abord une prise.",
   "elan.out": "Exporter",
-  "elan.out.explained": "Vos pistes de {take} telles qu’elles sont maintenant, avec celles des autres, dans un fichier .eaf.",
-  "elan.out.blind": "Vos pistes de cette prise telles qu’elles sont maintenant. La prise est annotée en aveugle : celles des autres n’y sont pas.",
+  "elan.out.explained":
+    "Vos pistes de {take} telles qu’elles sont maintenant, avec celles des autres, dans un fichier .eaf.",
+  "elan.out.blind":
+    "Vos pistes de cette prise telles qu’elles sont maintenant. La prise est annotée en aveugle : celles des " +
+    "autres n’y sont pas.",
   "elan.download": "Télécharger le .eaf",
   "elan.in": "Importer",
-  "elan.in.explained": "Ramenez un fichier .eaf. Vous voyez son contenu avant tout changement, et l’annulez d’un seul coup.",
+  "elan.in.explained":
+    "Ramenez un fichier .eaf. Vous voyez son contenu avant tout changement, et l’annulez d’un seul coup.",
   "elan.choose": "Choisir un fichier .eaf, ou le déposer ici",
   "elan.other": "{name} : choisir un autre fichier, ou le déposer ici",
   "elan.reading": "Lecture…",
@@ -264,6 +292,15 @@ export const fr: Record<keyof typeof en, string> = {
   "settings.markers": "Les marqueurs sur le visage",
   "settings.keys": "Clavier",
   "settings.keys.change": "Voir et changer les touches…",
+  "password.change": "Mon mot de passe…",
+  "password.old": "Ancien mot de passe",
+  "password.new": "Nouveau mot de passe",
+  "password.again": "Nouveau mot de passe, encore une fois",
+  "password.explained": "Au moins 8 caractères. Vos autres fenêtres ouvertes seront déconnectées.",
+  "password.differ": "Les deux nouveaux mots de passe diffèrent.",
+  "password.wrong": "L’ancien mot de passe n’est pas le bon.",
+  "password.done": "Vous avez un nouveau mot de passe.",
+  "password.do": "Changer",
   "settings.person": "Vous êtes {person}.",
   "settings.person.token": "Vous travaillez comme {person}, sur cette machine seulement.",
   "settings.version": "mimique {version}.",

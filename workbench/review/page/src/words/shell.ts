@@ -7,7 +7,6 @@ export const en = {
   "status.proposed": "proposed",
   "status.reviewed": "reviewed",
   "status.adjudicated": "adjudicated",
-  "confidence": "Confidence",
   "confidence.is": "Confidence {percent} %",
   "confidence.unknown": "Confidence unknown",
   "origin.human": "by a person",
@@ -35,7 +34,9 @@ export const en = {
   "operation.undo": "undo",
   "operation.redo": "redo",
   "edit.refused": "Not done ({step}): {reason}",
+  "edit.arriving": "Not done: {take} is being opened. Try again once it is shown.",
   "stale.dropped": "Not done ({step}): another tab changed the same segments. What you see now is the newest state.",
+  "corpus.changed": "The corpus has changed: somebody else committed to it.",
   "draft.gone": "This take was deleted from the corpus. Your edits are kept and can be exported for ELAN.",
 
   "saving.saved": "Saved",
@@ -114,8 +115,11 @@ export const en = {
   "queue.counting": "By confidence, until the models have judged",
   "queue.nothing": "Nothing in the queue matches.",
   "queue.nothing-filtered": "No segment matches these filters.",
-  "queue.empty": "There is nothing to review yet.",
-  "queue.all-done": "Everything is reviewed.",
+  "queue.empty": "No proposals to review yet.",
+  "queue.all-done": "No proposals are left.",
+  "queue.empty-hint":
+    "The queue holds what models and other people proposed. To label without proposals: mark a stretch (I and O, " +
+    "or click a segment of any tier below) and press a label’s key. Or let a model propose:",
   "queue.none-blind": "Takes to be coded blind are not in the queue. Choose them above.",
   "queue.end": "That was the last one in the queue.",
   "queue.start": "That is the first one in the queue.",
@@ -127,7 +131,9 @@ export const en = {
 
   "segment.title": "Segment",
   "segment.none": "No segment is chosen",
-  "segment.none-hint": "Click one in the timeline or in the queue. A label below labels the part between in and out, or the segment under the playhead.",
+  "segment.none-hint":
+    "Click one in the timeline or in the queue. A label below labels the part between in and out, or the segment " +
+    "under the playhead.",
   "segment.many": "{count} segments are chosen",
   "segment.tier": "Tier",
   "segment.onset": "Onset",
@@ -157,6 +163,8 @@ export const en = {
   "action.delete": "Delete",
   "action.merge-previous": "← Merge",
   "action.merge-next": "Merge →",
+  "action.transition": "Transition",
+  "segment.unfit": "This transition does not name what stands before and behind it.",
   "action.loop": "Loop",
   "action.zoom": "Zoom",
   "action.previous": "Previous",
@@ -168,13 +176,14 @@ export const en = {
   "blind.is-done": "You said that you are done. The lead compares when all coders are.",
   "blind.again": "Go on coding",
 
-  "login.title": "Log in",
   "login.lost": "Your session has ended. Log in again; what you were doing is still here.",
   "login.person": "Name",
   "login.password": "Password",
   "login.enter": "Log in",
   "login.wrong": "Name or password is not right.",
-  "login.token": "Started this on your own computer? Then no password is needed: open the address that mimique review printed in the terminal.",
+  "login.token":
+    "Started this on your own computer? Then no password is needed: open the address that mimique review printed " +
+    "in the terminal.",
   "login.retry": "Try again",
 
   "centre.split": "Height of the timeline",
@@ -185,7 +194,7 @@ export const en = {
   "centre.refused": "This take cannot be shown",
   "app.queue": "Queue",
   "app.segment": "Chosen segment",
-  "app.skip": "To the timeline",
+  "app.skip": "To the timeline (F6: other parts, ?: all keys)",
 };
 
 export const fr: Record<keyof typeof en, string> = {
@@ -196,7 +205,6 @@ export const fr: Record<keyof typeof en, string> = {
   "status.proposed": "proposé",
   "status.reviewed": "relu",
   "status.adjudicated": "arbitré",
-  "confidence": "Confiance",
   "confidence.is": "Confiance : {percent} %",
   "confidence.unknown": "Confiance inconnue",
   "origin.human": "par une personne",
@@ -224,7 +232,10 @@ export const fr: Record<keyof typeof en, string> = {
   "operation.undo": "annuler",
   "operation.redo": "rétablir",
   "edit.refused": "Non fait ({step}) : {reason}",
-  "stale.dropped": "Non fait ({step}) : un autre onglet a changé les mêmes segments. Vous voyez maintenant l’état le plus récent.",
+  "edit.arriving": "Pas fait : {take} s’ouvre. Recommencez dès qu’elle est affichée.",
+  "stale.dropped":
+    "Non fait ({step}) : un autre onglet a changé les mêmes segments. Vous voyez maintenant l’état le plus récent.",
+  "corpus.changed": "Le corpus a changé : quelqu’un d’autre y a publié.",
   "draft.gone": "Cette prise a été supprimée du corpus. Vos modifications sont conservées et exportables pour ELAN.",
 
   "saving.saved": "Enregistré",
@@ -234,7 +245,8 @@ export const fr: Record<keyof typeof en, string> = {
   "saving.saved-hint": "Chaque modification est sur le disque du serveur.",
   "unsaved.text": "Pas encore enregistré : {step}.",
   "unsaved.kept": "C’est gardé dans ce navigateur et renvoyé jusqu’à ce que le serveur l’ait.",
-  "unsaved.wait": "La modification précédente n’est pas encore enregistrée. La suite viendra dès que le serveur répond.",
+  "unsaved.wait":
+    "La modification précédente n’est pas encore enregistrée. La suite viendra dès que le serveur répond.",
   "unsaved.now": "Réessayer",
   "unsaved.discard": "Y renoncer",
 
@@ -303,8 +315,12 @@ export const fr: Record<keyof typeof en, string> = {
   "queue.counting": "Par confiance, en attendant l’avis des modèles",
   "queue.nothing": "Rien dans la file ne correspond.",
   "queue.nothing-filtered": "Aucun segment ne correspond à ces filtres.",
-  "queue.empty": "Il n’y a encore rien à relire.",
-  "queue.all-done": "Tout est relu.",
+  "queue.empty": "Encore aucune proposition à relire.",
+  "queue.all-done": "Il ne reste aucune proposition.",
+  "queue.empty-hint":
+    "La file contient ce que des modèles ou d’autres personnes ont proposé. Sans propositions : marquez une plage " +
+    "(I et O, ou un clic sur un segment d’une piste plus bas) et appuyez sur la touche d’une étiquette. Ou laissez " +
+    "un modèle proposer :",
   "queue.none-blind": "Les prises à annoter en aveugle ne sont pas dans la file. Choisissez-les en haut.",
   "queue.end": "C’était le dernier de la file.",
   "queue.start": "C’est le premier de la file.",
@@ -316,7 +332,9 @@ export const fr: Record<keyof typeof en, string> = {
 
   "segment.title": "Segment",
   "segment.none": "Aucun segment n’est choisi",
-  "segment.none-hint": "Cliquez-en un dans la frise ou dans la file. Un label ci-dessous vaut pour la partie entre entrée et sortie, ou pour le segment sous la tête de lecture.",
+  "segment.none-hint":
+    "Cliquez-en un dans la frise ou dans la file. Un label ci-dessous vaut pour la partie entre entrée et " +
+    "sortie, ou pour le segment sous la tête de lecture.",
   "segment.many": "{count} segments sont choisis",
   "segment.tier": "Piste",
   "segment.onset": "Début",
@@ -328,7 +346,7 @@ export const fr: Record<keyof typeof en, string> = {
   "segment.revision": "révision {revision}",
   "segment.second": "ou {label} ?",
   "segment.second-hint": "L’autre label le plus probable selon le modèle. Cliquez pour le prendre.",
-  "segment.labels": "Labels",
+  "segment.labels": "Étiquettes",
   "segment.no-labels": "Cette piste n’a pas de vocabulaire. Le responsable peut en ajouter un au schéma.",
   "segment.note": "Manuel : {label}",
   "segment.manual": "Ouvrir le manuel",
@@ -346,6 +364,8 @@ export const fr: Record<keyof typeof en, string> = {
   "action.delete": "Suppr.",
   "action.merge-previous": "← Fusion",
   "action.merge-next": "Fusion →",
+  "action.transition": "Transition",
+  "segment.unfit": "Cette transition ne nomme pas ce qui l’entoure.",
   "action.loop": "Boucle",
   "action.zoom": "Zoom",
   "action.previous": "Préc.",
@@ -357,13 +377,14 @@ export const fr: Record<keyof typeof en, string> = {
   "blind.is-done": "Vous avez dit avoir fini. Le responsable compare quand tous ont fini.",
   "blind.again": "Reprendre l’annotation",
 
-  "login.title": "Connexion",
   "login.lost": "Votre session a pris fin. Reconnectez-vous ; ce que vous faisiez est toujours là.",
   "login.person": "Nom",
   "login.password": "Mot de passe",
   "login.enter": "Se connecter",
   "login.wrong": "Le nom ou le mot de passe n’est pas le bon.",
-  "login.token": "Lancé sur votre propre ordinateur ? Alors pas de mot de passe : ouvrez l’adresse que mimique review a affichée dans le terminal.",
+  "login.token":
+    "Lancé sur votre propre ordinateur ? Alors pas de mot de passe : ouvrez l’adresse que mimique review a " +
+    "affichée dans le terminal.",
   "login.retry": "Réessayer",
 
   "centre.split": "Hauteur de la frise",
@@ -374,5 +395,5 @@ export const fr: Record<keyof typeof en, string> = {
   "centre.refused": "Cette prise ne peut pas être montrée",
   "app.queue": "File",
   "app.segment": "Segment choisi",
-  "app.skip": "À la frise",
+  "app.skip": "À la frise (F6 : autres parties, ? : toutes les touches)",
 };

@@ -35,7 +35,7 @@ export const en = {
   "timeline.curves-shapes": "Weights of shapes",
   "timeline.curves-none": "No shape is called so.",
   "timeline.curve-failed": "not there; again?",
-  "timeline.curve-loading": "loading …",
+  "timeline.curve-loading": "computing …",
   "timeline.curve.velocity": "Velocity",
   "timeline.curve.acceleration": "Acceleration",
   "timeline.curve.level": "Energy",
@@ -45,7 +45,8 @@ export const en = {
 export const fr: Record<keyof typeof en, string> = {
   "timeline.name": "Ligne de temps",
   "timeline.summary":
-    "Ligne de temps de {take} : {from} à {to} sur {length}, tête à {at}. Piste {tier} : {reviewed} sur {count} vérifiés.",
+    "Ligne de temps de {take} : {from} à {to} sur {length}, tête à {at}. Piste {tier} : {reviewed} sur {count} " +
+    "vérifiés.",
   "timeline.summary-empty": "Ligne de temps : aucune prise ouverte.",
   "timeline.in": "DÉBUT",
   "timeline.out": "FIN",
