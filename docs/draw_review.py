@@ -50,6 +50,7 @@ def draw(corpus: Path) -> None:
             review.ask(
                 "clock.seek(s.chosen.value ? Math.round((s.chosen.value.onset + s.chosen.value.offset) / 2) : 0)"
             )
+            review.page.evaluate("() => document.querySelector('.queue-list').scrollTo(0, 0)")
             save(review, "review")
             review.page.keyboard.press("Control+s")
             review.page.get_by_role("dialog").wait_for()

@@ -2,6 +2,7 @@
 import { batch } from "@preact/signals";
 import { ApiError, fetchSession, get, post } from "../api/client";
 import type { Draft, EditAnswer, Operation } from "../api/messages";
+import { findVocabulary, splitTransition } from "../labels/labels";
 import { say, type WordKey } from "../words";
 import { applyAnswer, areSame, concernedSegments, followSelection, knowsTiers } from "./drafts";
 import { describeError, tell } from "./notices";
@@ -9,7 +10,8 @@ import { makeRequestId, Outbox, type Entry, type Step } from "./outbox";
 import { updateQueue } from "./queue";
 import { countUnpublished, fetchAgain, refreshLater, showDraft } from "./refreshing";
 import {
-  activeSegments, activeTier, arriving, clock, draft, marked, notice, purpose, queue, saving, scene, selection, session,
+  activeSegments, activeTier, arriving, clock, draft, marked, notice, purpose, queue, saving, scene, scheme, selection,
+  session,
 } from "./state";
 import { tellTabs } from "./tabs";
 
@@ -137,7 +139,7 @@ function onAnswer(entry: Entry, answer: EditAnswer): void {
   batch(() => {
     if (shown !== null && shown.take === entry.take && shown.purpose === entry.purpose) show(shown, entry, answer);
     if (entry.purpose === "own") {
-      if (queue.value !== null) queue.value = updateQueue(queue.value, entry.take, answer.changes);
+      if (queue.value !== null) queue.value = updateQueue(queue.value, entry.take, answer.changes, isTransition);
       countUnpublished({ take: entry.take, purpose: entry.purpose, unpublished: answer.unpublished });
     }
   });
@@ -145,6 +147,10 @@ function onAnswer(entry: Entry, answer: EditAnswer): void {
   refreshLater("queue", 4000);
   refreshLater("pace", 1500);
   refreshLater("corpus", 6000);
+}
+
+function isTransition(tier: string, label: string): boolean {
+  return splitTransition(findVocabulary(scheme.value, tier), label) !== null;
 }
 
 function show(shown: Draft, entry: Entry, answer: EditAnswer): void {

@@ -108,6 +108,14 @@ describe("after an edit", () => {
     expect(ids(now.items)).toBe("a b c");
     expect([now.items[0]!.onset, now.items[0]!.offset]).toEqual([0, 300]);
   });
+  it("leaves out a transition that was named anew with its neighbour", () => {
+    const named = { ...segment("t", 100, 130), label: "JA" };
+    const change = { tier: "affect", removed: ["a", "t"], added: [segment("a", 0, 100), named] };
+    const now = updateQueue(queue, "t1", [change], (_, label) => label === "JA");
+    expect(now.items.some((one) => one.id === "t")).toBe(false);
+    expect(now.items.length).toBe(queue.items.length);
+  });
+
   it("another tier or take changes nothing", () => {
     expect(updateQueue(queue, "t1", [{ tier: "other", removed: ["a"], added: [segment("z", 1, 2)] }])).toBe(queue);
     expect(updateQueue(queue, "t9", [{ tier: "affect", removed: ["a"], added: [] }])).toBe(queue);

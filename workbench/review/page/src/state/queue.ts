@@ -52,12 +52,20 @@ export function nextIndex(length: number, current: number, last: number, step: 1
   return to >= 0 && to < length ? to : -1;
 }
 
-/** Return the queue after an edit of a take: what was removed is gone, what was added stands in its place. */
-export function updateQueue(queue: Queue, take: string, changes: EditAnswer["changes"]): Queue {
+/**
+ * Return the queue after an edit of a take: what was removed is gone, what was added stands in its place.
+ *
+ * `isTransition` tells of a tier's label whether the queue leaves it out.
+ */
+export function updateQueue(
+  queue: Queue, take: string, changes: EditAnswer["changes"],
+  isTransition: (tier: string, label: string) => boolean = () => false,
+): Queue {
   let items = queue.items;
   for (const change of changes) {
     const removed = new Set(change.removed);
-    const added = new Map(change.added.map((one) => [one.id, one]));
+    const held = change.added.filter((one) => !isTransition(change.tier, one.label));
+    const added = new Map(held.map((one) => [one.id, one]));
     const concerns = (item: QueueItem) =>
       item.take === take && item.tier === change.tier && (removed.has(item.id) || added.has(item.id));
     const first = items.findIndex(concerns);
