@@ -6,6 +6,8 @@ peers are: a durable write of SQLite alone, and the server's shortest answer und
 the edits are counted in the database and in the corpus::
 
     python benchmarks/bench_review.py [EDITS_PER_PERSON]
+
+``docs/write_review_figures.py`` puts what it finds into the documentation.
 """
 
 from __future__ import annotations
@@ -90,9 +92,8 @@ def annotate(client, take: str, edits: int, rng: np.random.Generator, barrier: t
     out[client.session["person"]] = (np.array(times), np.array(idle), refused, segments)
 
 
-def main() -> None:
-    """Run, and print what was found."""
-    edits = int(sys.argv[1]) if len(sys.argv) > 1 else 100
+def measure(edits: int = 100) -> dict[str, float]:
+    """Run, print what was found, and return the figures."""
     running = load("running_server")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name) / "corpus"
@@ -143,6 +144,14 @@ def main() -> None:
                 shown = {(s["id"], s["onset"], s["offset"], s["label"], s["status"]) for s in segments.values()}
                 lost += len(there ^ shown) + refused + abs(draft_edits[person] - edits)
             print(f"edits counted in the database: {sum(draft_edits.values())}; differences to the corpus: {lost}")
+    median, high = np.quantile(times, [0.5, 0.99]) * 1000
+    return {
+        "edits": len(times),
+        "pace": len(times) / seconds,
+        "median": float(median),
+        "high": float(high),
+        "lost": lost,
+    }
 
 
 def overview(client) -> list[dict]:
@@ -151,4 +160,4 @@ def overview(client) -> list[dict]:
 
 
 if __name__ == "__main__":
-    main()
+    measure(int(sys.argv[1]) if len(sys.argv) > 1 else 100)

@@ -5,6 +5,8 @@ served and opened in Chromium without a screen. Peers in the same run: fetching 
 Drawing by software says nothing of a graphics card, so pictures per second are not told::
 
     python benchmarks/bench_review_page.py [RIG UNIT]
+
+``docs/write_review_figures.py`` puts what it finds into the documentation.
 """
 
 from __future__ import annotations
@@ -28,8 +30,8 @@ RATE, SECONDS = 200.0, 600
 SEEKS, PLAYED = 40, 8  # seeks; s of playing
 
 
-def make_corpus(folder: Path, rig_path: str | None, unit: str | None) -> None:
-    """A long take on which every shape comes and goes."""
+def make_corpus(folder: Path, rig_path: str | None, unit: str | None) -> dict[str, float]:
+    """A long take on which every shape comes and goes; returns how large the face is."""
     rig = build_avatar() if rig_path is None else read_rig(rig_path, unit=unit)
     n_frames = round(RATE * SECONDS)
     phase = np.arange(rig.n_shapes) * 1.7
@@ -43,6 +45,7 @@ def make_corpus(folder: Path, rig_path: str | None, unit: str | None) -> None:
         edit.put_weights("long", weights, shapes=rig.shapes, residual=np.full(n_frames, 0.3), rig="face", method="map")
         edit.put_tier("long", "affect", labels, author="forest", provenance={"step": "label"})
     print(f"{rig.n_vertices} vertices, {rig.n_shapes} shapes, {n_frames} frames, {len(labels)} segments")
+    return {"vertices": rig.n_vertices, "shapes": rig.n_shapes}
 
 
 def wait(page, expression: str, limit: float = 60.0) -> float:
@@ -68,8 +71,9 @@ def tell(what: str, seconds: list[float]) -> None:
     )
 
 
-def measure(server, driver) -> None:
-    """Open, seek, play."""
+def watch(server, driver) -> dict[str, float]:
+    """Open, seek, play; returns the figures, in ms."""
+    figures: dict[str, float] = {}
     shown = "faces.length > 0 && faces[0].frame >= 0 && faces[0].drawn > 0 && s.draft.value !== null"
     with driver.open_browser() as browser, browser.new_context(viewport={"width": 1280, "height": 720}) as context:
         page = context.new_page()
@@ -82,6 +86,7 @@ def measure(server, driver) -> None:
             opened.append(time.perf_counter() - begin)
         tell("first picture, nothing kept by the browser", opened[:1])
         tell("first picture, opened again", opened[1:])
+        figures |= {"first": opened[0] * 1000, "again": float(np.median(opened[1:])) * 1000}
         page.wait_for_timeout(3000)
 
         rng = np.random.default_rng(1)
@@ -111,6 +116,7 @@ def measure(server, driver) -> None:
                 page.wait_for_timeout(600)
         tell("seek to where nothing was fetched", seeks)
         tell("peer: fetching these frames", fetched)
+        figures |= {"seek": float(np.median(seeks)) * 1000, "slowest seek": max(seeks) * 1000}
 
         session = context.new_cdp_session(page)
         session.send("Performance.enable", {"timeDomain": "threadTicks"})  # not what other programs take
@@ -131,12 +137,13 @@ def measure(server, driver) -> None:
             page.keyboard.press("Space")
             pictures = after[1] - before[1]
             each = (after[0] - before[0]) / max(pictures, 1) * 1000
+            figures |= {f"scripts {what}": each, f"pictures {what}": pictures / PLAYED}
             own = page.evaluate("() => window.mimique.faces.map((one) => one.milliseconds)")
             print(f"{'scripts a picture, ' + what:>44}: {each:.2f} ms ({pictures} pictures; last face {own[0]:.2f} ms)")
 
 
-def main() -> None:
-    """Run, and print what was found."""
+def measure(rig: str | None = None, unit: str | None = None) -> dict[str, float]:
+    """Run, print what was found, and return the figures."""
     static = Path(mimique.__file__).parent / "workbench" / "review" / "static"
     size = sum(
         len(gzip.compress(path.read_bytes())) for path in static.rglob("*") if path.suffix in (".js", ".css", ".html")
@@ -144,11 +151,11 @@ def main() -> None:
     print(f"the page: {size / 1000:.0f} kB gzipped")
     running, driver = load("running_server"), load("page_driver")
     with tempfile.TemporaryDirectory() as name:
-        make_corpus(Path(name) / "corpus", *(sys.argv[1:3] if len(sys.argv) > 2 else (None, None)))
+        figures = {"size": size / 1000, **make_corpus(Path(name) / "corpus", rig, unit)}
         with running.RunningServer(Path(name) / "corpus") as server:
             time.sleep(5)  # the rig is made ready in the background
-            measure(server, driver)
+            return figures | watch(server, driver)
 
 
 if __name__ == "__main__":
-    main()
+    measure(*sys.argv[1:3])

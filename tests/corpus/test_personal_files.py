@@ -34,14 +34,17 @@ def test_rows_that_name_somebody_go_and_leave_no_bytes(tmp_path):
 def test_beside_a_corpus_only_what_is_named_after_it_is_touched(tmp_path):
     corpus = tmp_path / "cor[pus"
     (tmp_path / "cor[pus.scratch").mkdir()
+    (tmp_path / "cor[pus.notes").mkdir()
     (tmp_path / "cor[pus.review").mkdir()
-    mine, other = tmp_path / "cor[pus.review" / "cr.sqlite", tmp_path / "other.sqlite"
-    make_database(mine)
-    make_database(other)
+    mine, other = tmp_path / "cor[pus.notes" / "cr.sqlite", tmp_path / "other.sqlite"
+    review = tmp_path / "cor[pus.review" / "edits.sqlite"
+    for path in (mine, other, review):
+        make_database(path)
     clean_beside(corpus, REDACTOR)
     assert not (tmp_path / "cor[pus.scratch").exists()
     assert len(rows_of(mine)) == 1
     assert len(rows_of(other)) == 3
+    assert len(rows_of(review)) == 3, "the review purges its own, whole drafts at a time"
 
 
 def test_what_else_lies_in_the_folder_comes_along(tmp_path):

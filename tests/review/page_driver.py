@@ -13,6 +13,7 @@ CHROMIUM = next(
     (path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), None
 )
 SIZE = (1280, 720)
+PAGE_TAKES = ("ab_IE_1", "cd_IE_1", "ef_IE_1")
 PATIENCE = 30.0  # s; drawn by software on a busy machine, the page may take its time
 PASSWORD = "a long password"
 SEGMENT = ("id", "onset", "offset", "label", "status", "origin")

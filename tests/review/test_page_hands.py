@@ -1,14 +1,12 @@
 """Ways of working at the review page: by mouse alone, with keys of one's own, in French, with ELAN, against others."""
 
 import pandas as pd
-import pytest
 from mimique.corpus import Corpus, read_tiers, write_tiers
 
-from .page_driver import ReviewPage, add_people, new_context, open_page, plain, start_browser
-from .review_corpus import MODEL, RATE, copy_review_corpus, make_review_corpus
+from .page_driver import PAGE_TAKES, ReviewPage, new_context, plain
+from .review_corpus import MODEL, RATE, make_review_corpus
 from .running_server import RunningServer
 
-TAKES = ("ab_IE_1", "cd_IE_1")
 HELD = ("N", "A", "D", "F", "J", "Sa", "Su")
 ODD_TAKES = (
     "<img src=x onerror=window.ran=1>",
@@ -25,43 +23,6 @@ ODD_LABELS = (
     "{count} ${1+1}",
     "l" * 200,
 )
-
-
-@pytest.fixture(scope="module")
-def browser():
-    yield from start_browser()
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    """A corpus without weights: no face has to be drawn where none is asked about."""
-    folder = tmp_path_factory.mktemp("page") / "corpus"
-    copy_review_corpus(folder, takes=TAKES, n_frames=1200, weights=False)
-    add_people(folder, leads=("lea",))
-    return folder
-
-
-@pytest.fixture(scope="module")
-def server(folder):
-    with RunningServer(folder, "--host", "127.0.0.1") as running:
-        yield running
-
-
-@pytest.fixture
-def person(folder, request):
-    """Somebody who is in this test alone: nobody sees another's edits before they are published."""
-    name = request.node.name.removeprefix("test_")
-    add_people(folder, name)
-    return name
-
-
-@pytest.fixture
-def review(browser, server, person):
-    """The page of the person, open on the first take."""
-    with open_page(browser, server, person) as review:
-        review.ready()
-        review.open_take(TAKES[0])
-        yield review
 
 
 def held(review, *, but=""):
@@ -230,12 +191,12 @@ def test_conflicts_are_settled_segment_by_segment(review, folder, person):
 
     # Both change the same segments: a second corpus publishes first.
     corpus = Corpus.open(folder)
-    theirs = corpus.tier(TAKES[0], "affect", person)
+    theirs = corpus.tier(PAGE_TAKES[0], "affect", person)
     ours, other = mine[:2], mine[2]
     for one in ours:
         theirs.loc[theirs["id"] == int(one["id"]), "label"] = "Su"
     with corpus.transaction("Second thoughts", author="bob") as edit:
-        edit.put_tier(TAKES[0], "affect", theirs, author=person, provenance={"step": "edit"})
+        edit.put_tier(PAGE_TAKES[0], "affect", theirs, author=person, provenance={"step": "edit"})
     for one in [*ours, other]:
         review.choose(one["id"])
         review.press("6")
@@ -254,7 +215,7 @@ def test_conflicts_are_settled_segment_by_segment(review, folder, person):
     publish.click()
     review.until("s.dialog.value", None)
     review.until("s.unpublished.value", 0)
-    labels = Corpus.open(folder).tier(TAKES[0], "affect", person).set_index("id")["label"]
+    labels = Corpus.open(folder).tier(PAGE_TAKES[0], "affect", person).set_index("id")["label"]
     assert [labels[int(one["id"])] for one in [*ours, other]] == ["Sa", "Su", "Sa"]
     assert [review.find(one["id"])["label"] for one in [*ours, other]] == ["Sa", "Su", "Sa"]
 

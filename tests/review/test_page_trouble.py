@@ -3,53 +3,12 @@
 import resource
 from contextlib import contextmanager
 
-import pytest
 from mimique.corpus import Corpus
 from mimique.corpus.store.locking import lock_corpus
 from mimique.workbench.review.context import review_folder
 
-from .page_driver import ReviewPage, add_people, new_context, open_page, plain, start_browser
-from .review_corpus import copy_review_corpus
+from .page_driver import PAGE_TAKES, ReviewPage, new_context, plain
 from .running_server import RunningServer
-
-TAKES = ("ab_IE_1", "cd_IE_1", "ef_IE_1")
-
-
-@pytest.fixture(scope="module")
-def browser():
-    yield from start_browser()
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    """A corpus without weights: no face has to be drawn where none is asked about."""
-    folder = tmp_path_factory.mktemp("page") / "corpus"
-    copy_review_corpus(folder, takes=TAKES, n_frames=1200, weights=False)
-    add_people(folder, leads=("lea",))
-    return folder
-
-
-@pytest.fixture(scope="module")
-def server(folder):
-    with RunningServer(folder, "--host", "127.0.0.1") as running:
-        yield running
-
-
-@pytest.fixture
-def person(folder, request):
-    """Somebody who is in this test alone: nobody sees another's edits before they are published."""
-    name = request.node.name.removeprefix("test_")
-    add_people(folder, name)
-    return name
-
-
-@pytest.fixture
-def review(browser, server, person):
-    """The page of the person, open on the first take."""
-    with open_page(browser, server, person) as review:
-        review.ready()
-        review.open_take(TAKES[0])
-        yield review
 
 
 def proposed(review, *, but=""):
@@ -99,7 +58,7 @@ def test_a_locked_corpus_is_said_while_publishing_and_publishes_afterwards(revie
     review.until("s.unpublished.value", 0)
     review.says("Published: ")
     assert len(Corpus.open(folder).history()) == commits + 1
-    assert plain(Corpus.open(folder).tier(TAKES[0], "affect", person).to_dict("records")) == before
+    assert plain(Corpus.open(folder).tier(PAGE_TAKES[0], "affect", person).to_dict("records")) == before
 
 
 @contextmanager
@@ -132,12 +91,12 @@ def test_on_a_full_disk_the_edit_is_said_to_be_unsaved_until_there_is_room(revie
 
 
 def test_a_take_that_is_deleted_while_it_is_open_keeps_its_edits(review, folder, person, tmp_path):
-    review.open_take(TAKES[2])
+    review.open_take(PAGE_TAKES[2])
     first, second = proposed(review, but="A")[:2]
     relabel(review, first["id"], "2")
     state = plain(review.segments())
     with Corpus.open(folder).transaction("Delete a take", author="bob") as edit:
-        edit.delete_take(TAKES[2])
+        edit.delete_take(PAGE_TAKES[2])
     review.choose(second["id"])
     review.page.keyboard.press("2")
     review.says("This take was deleted from the corpus. Your edits are kept and can be exported for ELAN.")
@@ -150,22 +109,22 @@ def test_a_take_that_is_deleted_while_it_is_open_keeps_its_edits(review, folder,
     assert "<ANNOTATION_VALUE>A</ANNOTATION_VALUE>" in (tmp_path / "kept.eaf").read_text()
     review.press("Escape")
     review.press("Control+s")
-    review.says(TAKES[2], "is held back; your edits stay here and can be exported for ELAN.")
+    review.says(PAGE_TAKES[2], "is held back; your edits stay here and can be exported for ELAN.")
     review.press("Escape")
-    review.open_take(TAKES[1])
+    review.open_take(PAGE_TAKES[1])
     other = proposed(review, but="A")[0]
     relabel(review, other["id"], "2")
     review.press("Control+s")
     review.publish()
     review.until("s.dialog.value", None)
     corpus = Corpus.open(folder)
-    assert corpus.tier(TAKES[1], "affect", person).set_index("id")["label"][int(other["id"])] == "A"
+    assert corpus.tier(PAGE_TAKES[1], "affect", person).set_index("id")["label"][int(other["id"])] == "A"
 
 
 def test_two_tabs_of_one_person_follow_each_other_and_lose_nothing(review, server):
     other = ReviewPage(review.page.context, server.origin + "/")
     other.ready()
-    other.open_take(TAKES[0])
+    other.open_take(PAGE_TAKES[0])
     first, second, third = proposed(review, but="A")[:3]
     relabel(review, first["id"], "2")
     other.until(f"s.activeSegments.value.find((one) => one.id === '{first['id']}').label", "A")
@@ -209,7 +168,7 @@ def test_a_wall_clock_that_jumps_changes_nothing(review, folder, person):
     review.press("Control+s")
     review.publish()
     review.until("s.dialog.value", None)
-    assert plain(Corpus.open(folder).tier(TAKES[0], "affect", person).to_dict("records")) == state
+    assert plain(Corpus.open(folder).tier(PAGE_TAKES[0], "affect", person).to_dict("records")) == state
     review.until("s.pace.value.reviewed", 2)
     left = review.ask("s.pace.value.remaining")
     assert f"{left} left" in review.page.locator("span[data-left]").inner_text()
