@@ -43,6 +43,7 @@ def make_corpus(folder: Path, rig_path: str | None, unit: str | None) -> dict[st
         edit.put_rig("face", rig.to_dataset())
         edit.put_take("long", make_take(np.empty((n_frames, 0, 3)), [], RATE, without_markers=True, signer="s"))
         edit.put_weights("long", weights, shapes=rig.shapes, residual=np.full(n_frames, 0.3), rig="face", method="map")
+        edit.put_weights("long", 0.8 * weights, shapes=rig.shapes, solve="milder", rig="face", current=False)
         edit.put_tier("long", "affect", labels, author="forest", provenance={"step": "label"})
     print(f"{rig.n_vertices} vertices, {rig.n_shapes} shapes, {n_frames} frames, {len(labels)} segments")
     return {"vertices": rig.n_vertices, "shapes": rig.n_shapes}
@@ -128,7 +129,7 @@ def watch(server, driver) -> dict[str, float]:
         for what, key in (("take as it is", None), ("with two faces", "b")):
             if key:
                 page.keyboard.press(key)
-                wait(page, "faces.length === 2 && faces[1].drawn > 0")
+                assert wait(page, "faces.length === 2 && faces[1].drawn > 0") < 60, "no second face"
             page.keyboard.press("Space")
             page.wait_for_timeout(1000)
             before = spent()
@@ -140,6 +141,7 @@ def watch(server, driver) -> dict[str, float]:
             figures |= {f"scripts {what}": each, f"pictures {what}": pictures / PLAYED}
             own = page.evaluate("() => window.mimique.faces.map((one) => one.milliseconds)")
             print(f"{'scripts a picture, ' + what:>44}: {each:.2f} ms ({pictures} pictures; last face {own[0]:.2f} ms)")
+    return figures
 
 
 def measure(rig: str | None = None, unit: str | None = None) -> dict[str, float]:
