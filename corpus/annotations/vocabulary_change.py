@@ -21,7 +21,14 @@ from ..store.view import CorpusView
 from .label_vocabulary import LabelVocabulary
 from .vocabulary import Transition, add_transitions, parse_label
 
-__all__ = ["change_labels", "change_vocabulary", "count_labels", "declared_vocabulary", "tiers_of_vocabulary"]
+__all__ = [
+    "change_labels",
+    "change_vocabulary",
+    "count_labels",
+    "declared_vocabulary",
+    "tiers_of_vocabulary",
+    "vocabularies_by_tier",
+]
 
 _COLUMNS = ["take", "tier", "author", "segments", "changed"]
 
@@ -46,6 +53,22 @@ def declared_vocabulary(corpus: CorpusView, name: str) -> LabelVocabulary:
 def tiers_of_vocabulary(name: str, vocabulary: LabelVocabulary) -> tuple[str, ...]:
     """Return the names of the tiers that have a vocabulary."""
     return tuple(dict.fromkeys((name, *vocabulary.tiers)))
+
+
+def vocabularies_by_tier(corpus: CorpusView) -> dict[str, LabelVocabulary]:
+    """Return the declared vocabulary of each tier that has one, the first by name where several are for it.
+
+    A vocabulary that was damaged by hand says nothing of its tiers.
+    """
+    found: dict[str, LabelVocabulary] = {}
+    for name in corpus.vocabularies():
+        try:
+            vocabulary = LabelVocabulary.from_stored(corpus.vocabulary(name))
+        except InputError:
+            continue
+        for tier in tiers_of_vocabulary(name, vocabulary):
+            found.setdefault(tier, vocabulary)
+    return found
 
 
 def count_labels(corpus: CorpusView, name: str, vocabulary: LabelVocabulary) -> pd.DataFrame:

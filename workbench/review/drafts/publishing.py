@@ -174,9 +174,7 @@ def publish(
         count = sum(tier.count_changes(choices) for tier in now.tiers)
         if not now.tiers:
             return Published(corpus.snapshot, 0, 0)
-        text = (
-            message.strip() or f"Review {len(takes)} takes" if len(takes) != 1 else message.strip() or "Review a take"
-        )
+        text = message.strip() or ("Review a take" if len(takes) == 1 else f"Review {len(takes)} takes")
         parameters = {"takes": sorted(takes), "choices": dict(choices)}
         _note(drafts, now, lives, choices)
         with corpus.transaction(text, command="review", parameters=parameters, author=person) as edit:

@@ -12,10 +12,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ....corpus.annotations.label_vocabulary import LabelVocabulary
-from ....corpus.annotations.vocabulary_change import tiers_of_vocabulary
+from ....corpus.annotations.vocabulary_change import vocabularies_by_tier
 from ....corpus.store.view import CorpusView
 from ....corpus.versions.segment_rows import Row
-from ....errors import InputError
 
 __all__ = ["TierLabels", "read_tier_labels"]
 
@@ -115,12 +114,4 @@ def read_tier_labels(corpus: CorpusView) -> dict[str, TierLabels]:
 
     A tier that is not among them has its usual labels (:meth:`.LabelVocabulary.usual`), or free ones.
     """
-    found: dict[str, TierLabels] = {}
-    for name in corpus.vocabularies():
-        try:
-            vocabulary = LabelVocabulary.from_stored(corpus.vocabulary(name))
-        except InputError:  # one that a file brought in wrong leaves its tiers free
-            continue
-        for tier in tiers_of_vocabulary(name, vocabulary):
-            found.setdefault(tier, TierLabels(vocabulary))
-    return found
+    return {tier: TierLabels(vocabulary) for tier, vocabulary in vocabularies_by_tier(corpus).items()}

@@ -13,7 +13,7 @@ from ....corpus.annotations.eaf import read_eaf
 from ....corpus.annotations.eaf_document import decode_xml
 from ....corpus.annotations.label_vocabulary import LabelVocabulary
 from ....corpus.annotations.vocabulary import add_transitions
-from ....corpus.annotations.vocabulary_change import tiers_of_vocabulary
+from ....corpus.annotations.vocabulary_change import vocabularies_by_tier
 from ....corpus.formats.short_messages import shorten_message
 from ....corpus.store.view import CorpusView
 from ....corpus.versions.segment_rows import Row, split_table
@@ -210,7 +210,7 @@ def make_rows(
         if tiers[name].refusal is not None:
             raise InputError(f"tier {name!r} of the file: {tiers[name].refusal}")
         table = tiers[name].table
-        vocabulary = _find_vocabulary(corpus, target)
+        vocabulary = vocabularies_by_tier(corpus).get(target) or LabelVocabulary.usual(target)
         columns = {column for column, _ in draft.tiers[target].columns}
         if (vocabulary is not None and vocabulary.transitions) or {"from_label", "to_label"} <= columns:
             table = add_transitions(table)
@@ -245,19 +245,8 @@ def _fit(table: pd.DataFrame, n_frames: int) -> FileTier:
     return FileTier(kept, author, problems, refusal)
 
 
-def _find_vocabulary(corpus: CorpusView, tier: str) -> LabelVocabulary | None:
-    for name in corpus.vocabularies():
-        try:
-            vocabulary = LabelVocabulary.from_stored(corpus.vocabulary(name))
-        except InputError:  # damaged by hand: it says nothing of labels
-            continue
-        if tier in tiers_of_vocabulary(name, vocabulary):
-            return vocabulary
-    return LabelVocabulary.usual(tier)
-
-
 def _find_label_problems(corpus: CorpusView, tier: str, table: pd.DataFrame) -> list[str]:
-    vocabulary = _find_vocabulary(corpus, tier)
+    vocabulary = vocabularies_by_tier(corpus).get(tier) or LabelVocabulary.usual(tier)
     if vocabulary is None:
         return []
     known = {*vocabulary.names(), *vocabulary.retired, *dict(vocabulary.aliases)}

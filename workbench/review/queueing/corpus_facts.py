@@ -8,11 +8,10 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from ....corpus.annotations.label_vocabulary import LabelVocabulary
-from ....corpus.annotations.vocabulary_change import tiers_of_vocabulary
+from ....corpus.annotations.vocabulary_change import vocabularies_by_tier
 from ....corpus.privacy.consent import explain_refusal
 from ....corpus.store.view import CorpusView
 from ....corpus.versions.segment_rows import Row
-from ....errors import InputError
 
 if TYPE_CHECKING:
     from ..context import Review
@@ -71,15 +70,7 @@ def collect_facts(corpus: CorpusView, snapshot: str) -> CorpusFacts:
         takes[str(row.take)] = TakeFacts(
             str(row.take), signer, protocol, float(row.rate), int(row.frames), float(row.seconds), refusals[signer]
         )
-    vocabularies: dict[str, LabelVocabulary] = {}
-    for name in corpus.vocabularies():
-        try:
-            vocabulary = LabelVocabulary.from_stored(corpus.vocabulary(name))
-        except InputError:  # one that a file brought in wrong leaves its tiers without transitions
-            continue
-        for tier in tiers_of_vocabulary(name, vocabulary):
-            vocabularies.setdefault(tier, vocabulary)
-    return CorpusFacts(snapshot, takes, vocabularies)
+    return CorpusFacts(snapshot, takes, vocabularies_by_tier(corpus))
 
 
 def get_facts(review: Review) -> CorpusFacts:
